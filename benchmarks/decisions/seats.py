@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final, TypeAlias
 
 from homeostat.agents.language.answers import MOST_S, NONE
+from homeostat.agents.language.scripts import numbers_asked_for
 from homeostat.llm.model import Question
 
 Script: TypeAlias = Callable[[Question], str]
@@ -29,7 +30,7 @@ def careless(question: Question) -> str:
         return json.dumps({"route": "action", "hint": "something else"})
     if question.agent == "action":
         end = "minimum" if tried % 2 else "maximum"
-        values = {tag: float(limit[end]) for tag, limit in _numbers(question).items()}
+        values = {tag: float(limit[end]) for tag, limit in numbers_asked_for(question).items()}
         return json.dumps({"reasoning": "all of it", "commands": values})
     first, way = _paths(question)[0], (int(question.at_s) + tried) % _WAYS
     if way == 0:
@@ -54,7 +55,7 @@ class OneAnswer:
         if question.agent == "reprompting":
             return json.dumps({"route": "planning", "hint": "nothing else"})
         if question.agent == "action":
-            values = {tag: self._value(tag, limit) for tag, limit in _numbers(question).items()}
+            values = {tag: self._value(tag, limit) for tag, limit in numbers_asked_for(question).items()}
             return json.dumps({"reasoning": "as stated", "commands": values})
         plan = self._on_offer(question)
         if self.given or plan is None:
@@ -81,14 +82,3 @@ class OneAnswer:
 def _paths(question: Question) -> list[str]:
     schema: Any = question.schema
     return list(schema["properties"]["path"]["enum"])
-
-
-def _numbers(question: Question) -> dict[str, dict[str, Any]]:
-    """Tag -> its numeric schema, with ``automatic`` where null may be answered."""
-    schema: Any = question.schema
-    found = {}
-    for tag, node in schema["properties"]["commands"]["properties"].items():
-        options = node.get("anyOf", [node])
-        number = next(option for option in options if option["type"] == "number")
-        found[tag] = {**number, "automatic": len(options) > 1}
-    return found

@@ -9,7 +9,15 @@ import pytest
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.cost import Cost, CostItem
 from homeostat.domain.events.guard import RequestAnswered
-from homeostat.domain.events.recovery import Compared, Deviated, Probed, ProbeEnded, ReleasedActions, ReleaseRefused
+from homeostat.domain.events.recovery import (
+    Compared,
+    Deviated,
+    Probed,
+    ProbeEnded,
+    ReleasedActions,
+    ReleaseRefused,
+    Strayed,
+)
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import Finding
@@ -93,6 +101,12 @@ def test_a_comparison_of_which_nothing_comes_is_told_until_something_was_release
     assert story.record.acted_s == 931.0
     assert list(story.tell(nothing, 990.0)) == []
     assert len(list(story.tell(Compared("EUR", (REDUCED, LEAVE), "d1"), 991.0))) == 1
+
+
+def test_a_plant_that_is_nearer_a_limit_than_predicted_is_told_in_one_line() -> None:
+    reason = "'T1 <= 313' holds by 0.1 K (LIM-T-HIGH), predicted to hold by 1.2 at least with what is held to be wrong"
+    (line,) = Story(load_plant("cstr").description).tell(Strayed("LIM-T-HIGH", 0.1, 1.2, reason), 3038.0)
+    assert str(line) == f"   3038 s  strays    {reason}"
 
 
 def test_a_departure_is_told_with_its_reason() -> None:

@@ -113,6 +113,10 @@ def test_readings_that_are_not_good_say_nothing() -> None:
     assert told(band(predicted(*MEMBERS)), lambda s: math.nan) == []
 
 
+def test_where_a_member_is_undecided_nothing_is_expected() -> None:
+    assert told(band(predicted(*MEMBERS, lambda s: math.nan)), lambda s: 400.0) == []
+
+
 def test_where_the_settings_say_so_nothing_strays() -> None:
     subject = Band((HOT,), SCALES, InterventionBounds())
     subject.expect(predicted(*MEMBERS), ())

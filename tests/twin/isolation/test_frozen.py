@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from homeostat.domain.snapshot import Snapshot
@@ -55,6 +57,21 @@ def test_a_silent_instrument_is_bad_and_not_frozen() -> None:
     del values["T1"]
     lacking = watch.assess(told[30].at_s, Snapshot(told[30].at_s, values, frozen_s={"T1": 1.0}))
     assert lacking is not None and "T1" in lacking.bad and lacking.frozen_s == {}, "what a link says is not believed"
+
+
+@pytest.mark.parametrize(("share", "stuck"), [(0.5, True), (0.0, False), (1.0, False)])
+def test_an_instrument_at_the_end_of_its_range_is_at_rest_and_not_stuck(share: float, stuck: bool) -> None:
+    """An empty vessel shows exactly nothing, whatever the guard makes of it."""
+    d = reactor().description
+    shown = d.tag("L1").range.low + share * d.tag("L1").range.span
+    history = History(d.variables, reactor().model.inputs)
+    for snapshot in judged(end_s=200):
+        history.append(snapshot)
+    window = history.window(100)
+    held = {"L1": np.arange(100) >= 60}
+    readings = {**window.readings, "L1": np.where(held["L1"], shown, window.readings["L1"])}
+    frozen = replace(window, readings=readings, held=held, frozen_s={"L1": window.start_s + 60.0})
+    assert [f.tag for f in flat_lines(frozen, d)] == ["L1"] * stuck
 
 
 def test_an_instrument_that_moves_again_is_frozen_no_more() -> None:

@@ -64,7 +64,7 @@ def reasonable(question: Question) -> str:
         return json.dumps({"route": "action", "hint": "move the command with the largest effect"})
     if admitted := _admitted(question):
         return json.dumps({"reasoning": "what the graph says that the state admits", "commands": admitted})
-    limits = _commands(question)
+    limits = numbers_asked_for(question)
     present = _present(question, limits)
     base = present if _IDLE in question.prompt else _last(question) or present
     base = {tag: _inside(base.get(tag), limits[tag]) for tag in limits}
@@ -85,7 +85,7 @@ def stubborn(question: Question) -> str:
         return json.dumps({"reasoning": "as always", "path": path})
     if question.agent == "reprompting":
         return json.dumps({"route": "action", "hint": "the same again"})
-    limits = _commands(question)
+    limits = numbers_asked_for(question)
     values = _present(question, limits)
     commands = {tag: _inside(values.get(tag), limits[tag]) for tag in limits}
     return json.dumps({"reasoning": "as always", "commands": commands})
@@ -149,7 +149,7 @@ def _admitted(question: Question) -> dict[str, float]:
     return {found["tag"]: float(found["high"]) for found in _ADMITTED.finditer(question.prompt)}
 
 
-def _commands(question: Question) -> dict[str, dict[str, Any]]:
+def numbers_asked_for(question: Question) -> dict[str, dict[str, Any]]:
     """Tag -> its numeric schema, with ``automatic`` where null may be answered."""
     schema: Any = question.schema
     found = {}

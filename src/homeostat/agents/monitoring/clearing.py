@@ -9,7 +9,10 @@ LOOKS_S = (8.0, 24.0, 60.0, 150.0)
 """After a symptom has gone, when is looked: readings of some time are needed to tell [s]."""
 
 RETURNS = 0.45
-"""How probable it is that what has ended by itself comes back: it swings, sticks, or is loose [1]."""
+"""How probable it is that what has ended by itself comes back: it swings, sticks, or is loose [1].
+
+Nobody has counted that. It is near as likely as not, and less, so that nothing is the likelier answer.
+"""
 
 
 def may_return(said: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:

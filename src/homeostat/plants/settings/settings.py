@@ -191,7 +191,7 @@ class InterventionTable(Table):
     calm_s: SomeTime | None = None
     improvements: Annotated[int, within(0, 100, "proposals", "each one is searched and judged")] | None = None
     slack_s: Pause | None = None
-    stray: Annotated[float, within(0.1, 100.0, "scales of the tag", "less is noise, and more is never")] | None = None
+    stray: Annotated[float, within(0.1, 100.0, "scales of the unit", "less is noise, and more is never")] | None = None
     stray_s: Pause | None = None
     repeat_s: Pause | None = None
     probes: Annotated[int, within(0, 10, "probes", "whoever only tries things recovers nothing")] | None = None

@@ -91,10 +91,8 @@ class Story:
                 self._asked.add(event.query_sha256)
                 about = ", ".join(event.about)
                 yield Line(at_s, "asked", f"the graph: {event.question} ({about}): {event.answer}", Tone.MUTED)
-            case Deviated():
-                yield Line(at_s, "deviates", f"from the prediction in {event.state!r}: {event.reason}", Tone.WARNING)
-            case Strayed():
-                yield Line(at_s, "strays", event.reason, Tone.WARNING)
+            case Deviated() | Strayed():
+                yield _departs(event, at_s)
             case Diagnosed():
                 yield from self._report(event, at_s)
             case FaultsEnded():
@@ -192,6 +190,12 @@ def _wait(event: Waited, at_s: float) -> Line:
     if event.nuisance:
         text += f"; a nuisance: {', '.join(event.nuisance)} refuses it now and clears by itself"
     return Line(at_s, "waits", text)
+
+
+def _departs(event: Deviated | Strayed, at_s: float) -> Line:
+    if isinstance(event, Strayed):
+        return Line(at_s, "strays", event.reason, Tone.WARNING)
+    return Line(at_s, "deviates", f"from the prediction in {event.state!r}: {event.reason}", Tone.WARNING)
 
 
 def _probe(event: Probed, at_s: float) -> Line:

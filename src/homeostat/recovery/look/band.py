@@ -86,7 +86,7 @@ class Band:
             return None
         times_s, margins = np.array(good).T
         mean, least = float(margins.mean()), float(np.interp(times_s, self._times_s, self._least[name]).mean())
-        if mean >= least - max(self._further * self._scale(name), SHARE * least):
+        if not mean < least - max(self._further * self._scale(name), SHARE * least):  # what is undecided says nothing
             return None
         limit = self._limits[name].formula
         text = f"{limit.text!r} holds by {mean:.4g} {limit.unit} ({name}), predicted to hold by {least:.4g} at least"

@@ -15,7 +15,7 @@ from homeostat.recovery.scene import Scene
 
 
 class Prospect:
-    """Rolls out what is left of the sequence; the steps that the guard takes and readings are compared with that."""
+    """Rolls out what is left of the sequence; the steps that the guard takes and the margins are compared with that."""
 
     def __init__(
         self, scene: Scene, agents: Agents, rules: PlantRules, progress: ProgressMonitor, bounds: Bounds
