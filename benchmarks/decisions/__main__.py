@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Callable, Sequence
 from functools import partial
 
+from benchmarks.arguments import MISMATCHES, names, numbers
 from benchmarks.decisions.better import Better, measure_better
 from benchmarks.decisions.better import causes as better_causes
 from benchmarks.decisions.ledger import Ledger
@@ -113,16 +114,18 @@ def main() -> None:
     """Measure every fault of both plants with each seed, and write the page."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.decisions", description=__doc__)
     parser.add_argument("parts", nargs="*", default=list(PARTS), metavar="PART", help=", ".join(PARTS))
-    parser.add_argument("--seeds", default="401-420", help="as 401-420; thresholds are chosen on those below 400")
-    parser.add_argument("--faults", default="", help="names joined by commas; all by default")
-    parser.add_argument("--mismatch", default="plant", help="how the true plant is not the model that its twin has")
+    parser.add_argument(
+        "--seeds", type=numbers, default=numbers("401-420"), help="as 401-420; thresholds are chosen below 400"
+    )
+    parser.add_argument("--faults", type=names, default=[], help="names joined by commas; all by default")
+    parser.add_argument("--mismatch", default="plant", choices=MISMATCHES, help="how the true plant is not its model")
     asked = parser.parse_args()
     if wrong := [part for part in asked.parts if part not in PARTS]:
         parser.error(f"there is no part {wrong[0]!r}; there are {', '.join(PARTS)}")
-    first, _, last = asked.seeds.partition("-")
-    seeds, wanted = range(int(first), int(last or first) + 1), [name for name in asked.faults.split(",") if name]
+    if not asked.seeds:
+        parser.error("--seeds names none; give some, as 401-420")
     use_threads(1)
-    study = Study(asked.mismatch, seeds, wanted)
+    study = Study(asked.mismatch, asked.seeds, asked.faults)
     study.fill(asked.parts)
     if "page" in asked.parts:
         write(ROOT / "docs" / "results" / "decisions.md", study.sections())

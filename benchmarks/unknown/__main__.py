@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from benchmarks.arguments import MISMATCHES, names, numbers
 from benchmarks.unknown.bars import Study
 from benchmarks.unknown.causes import PLANTS
 from benchmarks.unknown.jobs import LOOKED_AT, PARTS, Job, jobs
@@ -60,15 +61,15 @@ def _study(plant: Plant, wanted: Sequence[Job], fresh: bool) -> Study:
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.unknown", description=__doc__)
     parser.add_argument("steps", nargs="*", default=list(STEPS), metavar="STEP", help=", ".join(STEPS))
-    parser.add_argument("--plants", type=_names, default=list(PLANTS), help="cstr,mixing_module")
-    parser.add_argument("--parts", type=_names, default=list(PARTS), help=",".join(PARTS))
-    parser.add_argument("--causes", type=_names, default=[], help="ids or classes of causes; all by default")
-    parser.add_argument("--seeds", type=_numbers, default=[], help="as 1,2 or 1-3; the study's own by default")
-    parser.add_argument("--looks", type=_numbers, default=[], help="seconds after the first symptom; all by default")
+    parser.add_argument("--plants", type=names, default=list(PLANTS), help="cstr,mixing_module")
+    parser.add_argument("--parts", type=names, default=list(PARTS), help=",".join(PARTS))
+    parser.add_argument("--causes", type=names, default=[], help="ids or classes of causes; all by default")
+    parser.add_argument("--seeds", type=numbers, default=[], help="as 1,2 or 1-3; the study's own by default")
+    parser.add_argument("--looks", type=numbers, default=[], help="seconds after the first symptom; all by default")
     parser.add_argument("--fresh", action="store_true", help="every look forgets what was said before it")
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes, each with one run at a time")
     parser.add_argument("--out", default=str(DOCS), help="folder of the page and its figure")
-    parser.add_argument("--mismatch", default="plant", help="how the true plant is not its model")
+    parser.add_argument("--mismatch", default="plant", choices=MISMATCHES, help="how the true plant is not its model")
     asked = parser.parse_args()
     if asked.jobs < 1:
         parser.error(f"--jobs {asked.jobs} must be at least 1 process")
@@ -80,18 +81,6 @@ def _arguments() -> argparse.Namespace:
         if wrong := [one for one in given if one not in known]:
             parser.error(f"there is no {name} {wrong[0]!r}; there are {', '.join(known)}")
     return asked
-
-
-def _names(text: str) -> list[str]:
-    return [name for name in text.split(",") if name]
-
-
-def _numbers(text: str) -> list[int]:
-    found: list[int] = []
-    for part in _names(text):
-        first, _, last = part.partition("-")
-        found += range(int(first), int(last or first) + 1)
-    return found
 
 
 if __name__ == "__main__":
