@@ -49,7 +49,7 @@ class Prospect:
     def expect(self, steps: tuple[Step, ...], rollout: Rollout, from_s: float, diagnosis: Diagnosis) -> None:
         """From process time ``from_s`` on the plant should do what ``rollout`` says of it and of ``steps`` [s]."""
         self._progress.expect(steps, rollout, from_s)
-        errors = self._agents.simulation.instrument_errors(diagnosis)
+        errors = self._agents.simulation.instrument_errors(diagnosis) if diagnosis.faulty else ()
         self._band.expect(rollout, {tag for of_one in errors for tag in of_one})
 
     def forget(self) -> None:
