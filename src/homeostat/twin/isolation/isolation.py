@@ -20,6 +20,7 @@ from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.history import Window
 from homeostat.twin.isolation.alike import with_doubt
 from homeostat.twin.isolation.classes import SPREAD_NATS, hypotheses
+from homeostat.twin.isolation.course import continues, lasting, stopped
 from homeostat.twin.isolation.ended import (
     CHANGED_S,
     OVER_NATS,
@@ -31,7 +32,7 @@ from homeostat.twin.isolation.ended import (
 )
 from homeostat.twin.isolation.estimate import Estimate, Estimation
 from homeostat.twin.isolation.evidence import Accuracy, Evidence, Fit
-from homeostat.twin.isolation.memory import Memory, remembered, sizes
+from homeostat.twin.isolation.memory import Memory, Remembered, remembered, sizes
 from homeostat.twin.isolation.prechecks import What, prechecks, shared
 from homeostat.twin.isolation.prior import Prior
 from homeostat.twin.isolation.responses import FIRST_ROW
@@ -120,14 +121,14 @@ class FaultIsolation:
         memory = Memory(said, self._carrier.modes, search.prior, window.end_s)
         (nothing,) = memory.told([Scored((), float(search.score([()])[0]))])
         named, unknown = self._named(search, question, window), self._estimated(evidence, search, (), question.since_s)
-        again = [near for faults in dict.fromkeys((question.known, *memory.old)) for near in search.variations(faults)]
+        again = self._again(search, (Remembered(question.known, said[0].old, 0.0), *said), window)
         scored, none = memory.told([*named, *unknown, *again]), nothing.score
         best, fit = _best(scored, evidence, none)
-        if best.faults and (fit.strained or not _keeps(best, question.known)):  # what changed is likelier than two
+        if best.faults and (fit.strained or not self._keeps(best, question.known)):  # what changed is likelier than two
             for each in (unknown, again[:1]) if fit.strained else (again[:1],):
                 scored += memory.told(self._courses(evidence, search, each))
             best, fit = _best(scored, evidence, none)
-        forgets = bool(said[0].old) and not _keeps(best, said[0].old)  # what fits without it may fit better beside it
+        forgets = bool(said[0].old) and not self._keeps(best, said[0].old)  # what fits alone may fit better beside it
         if best.faults and (forgets or not fit.good or (question.news and fit.strained) or question.dense):
             scored += memory.told(search.joined(question.known, named))
             scored += self._beside(evidence, search, question.known, said[0].old)
@@ -160,12 +161,28 @@ class FaultIsolation:
             found += [Scored(s.faults, s.score + young) for s in self._estimated(evidence, search, beside)]
         return found
 
+    def _again(self, search: Search, said: Sequence[Remembered], window: Window) -> list[Scored]:
+        """What was said before, with other sizes, and with what is old and grew at rest: growth has an end."""
+        found: list[Scored] = []
+        for faults, old in dict.fromkeys((each.faults, each.old) for each in said):
+            found += search.variations(faults)
+            first_s = window.start_s + FIRST_ROW
+            found += search.at_rest(stopped(faults, old, self._carrier.modes, first_s, window.end_s), CHANGE_NATS)
+        return found
+
+    def _keeps(self, scored: Scored, known: FaultSet) -> bool:
+        modes = self._carrier.modes
+        return all(any(continues(fault, before, modes) for fault in scored.faults) for before in known)
+
     def _still_holds(self, evidence: Evidence, search: Search, faults: FaultSet) -> bool:
         """Whether ``faults`` explain the readings of now as well, no other size of one does so better, nor nothing."""
         sets: list[FaultSet] = [faults, ()]
         for k, fault in enumerate(faults):
             sizes = (fault.severity * factor for factor in (1.0 - RESIZED, 1.0 + RESIZED))
             sets += [(*faults[:k], replace(fault, severity=size), *faults[k + 1 :]) for size in sizes]
+        first_s, end_s = evidence.window.start_s + FIRST_ROW, evidence.window.end_s
+        old = tuple(fault for fault in faults if fault.onset_s < first_s)
+        sets += [replayed for _, replayed in stopped(faults, old, self._carrier.modes, first_s, end_s)]
         nats = evidence.likelihoods(sets)
         if np.isinf(nats[0]):  # with what was said the model leaves the physical world now
             return False
@@ -267,7 +284,7 @@ class FaultIsolation:
             for _ in range(CHANGES):
                 course = self._changed_again(evidence, search, course) or course
             if course.course:
-                found.append(replace(course, faults=(self._now(course.course, evidence.window.end_s),)))
+                found.append(replace(course, faults=(lasting(course.course, modes, evidence.window.end_s),)))
         return found
 
     def _changed_again(self, evidence: Evidence, search: Search, before: Scored) -> Scored | None:
@@ -284,20 +301,6 @@ class FaultIsolation:
         before_nats = search.cost_of(replayed) - (len(replayed) - 1) * (of_mode + CHANGE_NATS)
         score = change.score - of_mode - CHANGE_NATS + before_nats
         return Scored((), score, (*replayed, change.state)) if score > before.score + 1.0 else None
-
-    def _now(self, course: FaultSet, end_s: float) -> FaultState:
-        """What a course of changes comes to at the end, as one lasting change since it began."""
-        modes = self._carrier.modes
-        total, effect = 0.0, modes[course[0].fault].effect
-        for change in course:
-            own = modes[change.fault].effect
-            assert own is not None, "courses are of generated modes"
-            total += change.severity * own.per_unit * (end_s - change.onset_s if own.grows else 1.0)
-        lasting = [m for m in self._plant.generated if m.effect and effect and m.effect.quantity == effect.quantity]
-        lasting = [m for m in lasting if m.effect and not m.effect.grows and m.effect.kind is not EffectKind.FROZEN]
-        mode = next((m for m in lasting if m.unknown or (m.effect and m.effect.per_unit * total >= 0.0)), lasting[0])
-        size = total if mode.severity_range.low < 0.0 else abs(total)
-        return FaultState(mode.name, size, min(change.onset_s for change in course))
 
     def _second(
         self, search: Search, best: Scored, recent: Window, posterior: Posterior, known: FaultSet
@@ -316,10 +319,6 @@ def _best(scored: Sequence[Scored], evidence: Evidence, none: float) -> tuple[Sc
     """The best explanation and how well it fits."""
     best = max(scored, key=lambda s: s.score, default=Scored((), none))
     return best, _fit(evidence, best)
-
-
-def _keeps(scored: Scored, known: FaultSet) -> bool:
-    return {f.fault for f in known} <= {f.fault for f in scored.faults}
 
 
 def _spread(scored: Sequence[Scored], none: float, best: Scored, fit: Fit) -> tuple[list[Scored], float]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultMode, FaultState, Hypothesis, by_fault_set
 from homeostat.twin.carried import FaultSet
+from homeostat.twin.isolation.course import continues
 from homeostat.twin.isolation.prior import Prior, Size
 from homeostat.twin.isolation.search import Scored
 from homeostat.twin.isolation.sizes import SizeError
@@ -99,9 +100,9 @@ class Memory:
     def _of(self, known: FaultState, faults: FaultSet) -> float:
         """What an explanation gains by keeping a ``known`` fault, or loses by dropping it [nats].
 
-        It is kept where it began nearer to when it was thought to than to now.
+        It is kept where it began nearer to when it was thought to than to now, and where what grew has stopped.
         """
-        began = next((f.onset_s for f in faults if f.fault == known.fault), np.inf)
+        began = min((f.onset_s for f in faults if continues(f, known, self._modes)), default=np.inf)
         if began <= 0.5 * (known.onset_s + self._end_s):
             return -self._prior.of_mode(self._modes[known.fault])
         return -REPAIRED_NATS

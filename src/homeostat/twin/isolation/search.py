@@ -141,6 +141,21 @@ class Search:
             sets += [(*faults[:k], near, *faults[k + 1 :]) for near in self.around(fault, 0.35)]
         return [Scored(s, score) for s, score in zip(sets, self.score(sets).tolist(), strict=True)]
 
+    def at_rest(self, stopped: Sequence[tuple[FaultSet, FaultSet]], nats: float) -> list[Scored]:
+        """What grew and does so no more, and the best of it with other sizes.
+
+        ``stopped``: what is there now, and what is replayed for it; ``nats``: what an end within the readings costs.
+        """
+        if not stopped:
+            return []
+        likelihoods = self._evidence.likelihoods([replayed for _, replayed in stopped])
+        found = []
+        for (faults, replayed), likelihood in zip(stopped, likelihoods.tolist(), strict=True):
+            course = () if replayed == faults else replayed
+            found.append(Scored(faults, self.cost_of(faults) + likelihood - (nats if course else 0.0), course))
+        best = max(found, key=lambda s: s.score)
+        return found if best.course else [*found, *self.variations(best.faults)]
+
     def _best_per_fault(
         self, sets: Sequence[FaultSet], key: Callable[[FaultSet], str], keep: list[Scored] | None = None
     ) -> dict[str, Scored]:

@@ -1,0 +1,72 @@
+"""Course: what grew, or changed several times, and what it has come to as one lasting change of the same quantity."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from homeostat.domain.diagnosis import Effect, FaultMode, FaultState
+from homeostat.twin.carried import FaultSet
+
+REACHED = tuple(0.85**k for k in range(1, 15))
+"""Shares of what it would be if it still grew, that something may have come to [1]."""
+
+
+def change_of(fault: FaultState, effect: Effect, end_s: float) -> float:
+    """By how much the quantity has changed at ``end_s`` [s], in its unit."""
+    return fault.severity * effect.per_unit * (end_s - fault.onset_s if effect.grows else 1.0)
+
+
+def lasting(course: FaultSet, modes: Mapping[str, FaultMode], end_s: float) -> FaultState:
+    """What a ``course`` of changes of one quantity comes to at ``end_s`` [s], as one lasting change since it began.
+
+    It is no larger than the tables let a lasting change be, as what grows is in a forecast.
+    """
+    changes = [(change, _effect(modes[change.fault])) for change in course]
+    total = sum(change_of(change, effect, end_s) for change, effect in changes)
+    mode = _lasting_mode(changes[0][1], total, modes)
+    size = mode.severity_range.clip(total if mode.severity_range.low < 0.0 else abs(total))
+    return FaultState(mode.name, size, min(change.onset_s for change in course))
+
+
+def stopped(
+    faults: FaultSet, old: FaultSet, modes: Mapping[str, FaultMode], first_s: float, end_s: float
+) -> list[tuple[FaultSet, FaultSet]]:
+    """``faults`` where one of them that is ``old`` and grew does so no more since some time, and what is replayed then.
+
+    What stopped before the readings from ``first_s`` to ``end_s`` [s] lasts in all of them. What stopped among them is
+    replayed as growing until then.
+    """
+    found: list[tuple[FaultSet, FaultSet]] = []
+    for k, fault in enumerate(faults):
+        effect = modes[fault.fault].effect
+        if fault not in old or effect is None or not effect.grows:
+            continue
+        for share in REACHED:
+            at_s = fault.onset_s + share * (end_s - fault.onset_s)
+            course = (fault, replace(fault, severity=-fault.severity, onset_s=at_s))
+            rest = lasting(course, modes, end_s)
+            others = (*faults[:k], *faults[k + 1 :])
+            found.append(((*others, rest), (*others, *course) if at_s >= first_s else (*others, rest)))
+    return found
+
+
+def continues(fault: FaultState, known: FaultState, modes: Mapping[str, FaultMode]) -> bool:
+    """Whether ``fault`` is what was ``known``, or what that has come to where it grew."""
+    if fault.fault == known.fault:
+        return True
+    now, before = modes[fault.fault].effect, modes[known.fault].effect
+    if now is None or before is None or now.grows or not before.grows:
+        return False
+    same = (now.kind, now.quantity) == (before.kind, before.quantity)
+    return same and now.per_unit * fault.severity * before.per_unit * known.severity >= 0.0
+
+
+def _effect(mode: FaultMode) -> Effect:
+    assert mode.effect is not None, "courses are of generated modes"
+    return mode.effect
+
+
+def _lasting_mode(effect: Effect, total: float, modes: Mapping[str, FaultMode]) -> FaultMode:
+    """The mode that lasts and changes the quantity of ``effect`` by ``total``."""
+    every = [(mode, mode.effect) for mode in modes.values() if mode.effect is not None and not mode.effect.grows]
+    same = [(mode, own) for mode, own in every if (own.kind, own.quantity) == (effect.kind, effect.quantity)]
+    return next((mode for mode, own in same if mode.unknown or own.per_unit * total >= 0.0), same[0][0])
