@@ -41,7 +41,7 @@ def opened(plant: Plant, asked: Situation) -> list[RecoveryPath]:
 
 
 def price(plant: Plant, twin: Twin, asked: Situation, actions: ActionSet) -> float:
-    """What ``actions`` cost on the members that bounds are computed on, as a share of the design production."""
+    """What releasing ``actions`` costs on the members that bounds are computed on, as a share of what is made."""
     d, frozen = plant.description, twin.frozen()
     cost = Cost(d.limits, Pricing(plant.prices, d.limits, d.scales), d.scales, slack=0.0)
     few = frozen.ensemble(plausible(asked.diagnosis), frozen.settings.search_draws)
@@ -49,7 +49,9 @@ def price(plant: Plant, twin: Twin, asked: Situation, actions: ActionSet) -> flo
         signals = frozen.follow_many(few, [actions])
     else:
         signals = frozen.try_many(few, frozen.schedules([actions], frozen.settings.horizon_s))
-    return float(cost.judge(*signals, few.weights, [actions])[0, 0])
+    seconds = signals[0][next(iter(signals[0]))].shape[1] * signals[1]
+    released = plant.prices.release / plant.prices.worth(seconds)
+    return float(cost.judge(*signals, few.weights, [actions])[0, 0]) + released
 
 
 def found(subject: SearchAction, asked: Situation, paths: Sequence[RecoveryPath]) -> list[ActionSet]:

@@ -40,9 +40,14 @@ def situation() -> Situation:
     return replace(now(), diagnosis=Diagnosis(0.0, (), (FOULING,)))
 
 
-def plan(bounds: Bounded | None, advice: Advice = ADVICE) -> tuple[str, ...]:
+def plan(bounds: Bounded | None, advice: Advice = ADVICE, asked: Situation | None = None) -> tuple[str, ...]:
     planning = SearchPlanning(reactor().description, grounding(), bounds)
-    return asyncio.run(planning.plan(situation(), advice)).commanded
+    return asyncio.run(planning.plan(asked or situation(), advice)).commanded
+
+
+def idle(share: float, optional: bool) -> Situation:
+    """The same where doing nothing costs ``share`` of what is made by design."""
+    return replace(situation(), idle_cost=Cost((CostItem("production", 30.0 * share),), 30.0), optional=optional)
 
 
 def tried(path: tuple[str, ...], share: float, approved: bool = True) -> Attempt:
@@ -102,6 +107,19 @@ def test_planning_ends_where_nothing_that_is_left_can_cost_less(approved: float)
     bounds = Bounded({COMPENSATED: 0.1, REDUCED: 0.2, HOLDING: 1.0})
     with pytest.raises(NoAdmissiblePlan, match="no path that is left can cost less than what is approved"):
         plan(bounds, after(tried(COMPENSATED, approved)))
+
+
+@pytest.mark.parametrize("alone", [0.05, 0.1 + 0.9 * SAME])
+def test_nothing_is_planned_that_cannot_cost_less_than_leaving_the_plant_alone(alone: float) -> None:
+    bounds = Bounded({COMPENSATED: 0.1, REDUCED: 0.2, HOLDING: 1.0})
+    with pytest.raises(NoAdmissiblePlan, match="no path that is left can cost less than leaving the plant alone"):
+        plan(bounds, asked=idle(alone, optional=True))
+    assert plan(bounds, asked=idle(alone, optional=False)) == COMPENSATED
+
+
+def test_what_may_cost_less_than_leaving_the_plant_alone_is_planned() -> None:
+    bounds = Bounded({COMPENSATED: 0.1, REDUCED: 0.2, HOLDING: 1.0})
+    assert plan(bounds, asked=idle(0.15, optional=True)) == COMPENSATED
 
 
 def test_the_cheapest_approval_counts() -> None:

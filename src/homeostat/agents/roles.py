@@ -70,6 +70,8 @@ class Situation:
     """Commands that were sent and that the readings do not show yet."""
     idle_cost: Cost | None = None
     """What it costs to do nothing; None where that is not known."""
+    optional: bool = False
+    """Whether nothing need be done: what cannot cost less than doing nothing is not worth a proposal."""
     act_by_s: float | None = None
     """Process time by which something must be done; None where no limit is violated without it [s]."""
     fallback: FallbackStrategy | None = None

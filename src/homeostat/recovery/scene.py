@@ -86,7 +86,7 @@ class Scene:
         await self.look()
         left_s = situation.deadline_s - (self._recent[-1].at_s - situation.snapshot.at_s)
         now = self.situation(situation.diagnosis, situation.idle, max(left_s, SHORTEST_S), situation.idle_cost)
-        known = replace(now, act_by_s=situation.act_by_s, fallback=situation.fallback)
+        known = replace(now, act_by_s=situation.act_by_s, fallback=situation.fallback, optional=situation.optional)
         return replace(known, tests=situation.tests, earlier=situation.earlier)
 
     async def within(self, stage: str, process_s: float, work: Awaitable[T]) -> T:

@@ -146,7 +146,7 @@ class RecoveryLoop:
             if begun is not None:
                 self._prospect.forget()
                 return begun
-            situation = replace(situation, tests=self._probes.offered)
+            situation = replace(situation, tests=self._probes.offered, optional=stance is Stance.IMPROVE)
             try:
                 given = self._given(stance, look, verdict, armed)
                 taken = await self._proposals.ask(situation, given, began)

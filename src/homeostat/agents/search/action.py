@@ -67,6 +67,7 @@ class SearchAction:
         self._twin, self._plant, self._tags = twin, plant, plant.tags_by_name
         self._settings = settings or SearchSettings()
         self._cost = Cost(plant.limits, pricing, plant.scales, self._settings.slack)
+        self._release = pricing.prices.release / pricing.prices.worth(twin.settings.horizon_s)
         self._judged: list[tuple[Ensemble, dict[Key, NDArray[np.float64]]]] = []
 
     def _judged_on(self, ensemble: Ensemble) -> dict[Key, NDArray[np.float64]]:
@@ -82,7 +83,8 @@ class SearchAction:
     async def bounds(self, situation: Situation, paths: Sequence[RecoveryPath]) -> list[float]:
         """What each of ``paths`` costs at best, if nothing forbade, as a share of the design production [1].
 
-        It is the cheapest of the points that a search looks at first; of a route, of all the ways that it tries.
+        It is the cheapest of the points that a search looks at first; of a route, of all the ways that it tries. That
+        it must be released is in it.
         """
         return await asyncio.to_thread(self._bounds, self._twin.frozen(), situation, paths)
 
@@ -96,7 +98,7 @@ class SearchAction:
             else:
                 space = search_space(self._plant, path.machine.state(path.target), fixed)
                 ways = [space.actions(p) for p in space.first(present_point(space.state, situation.snapshot.values))]
-            found.append(float(self._judge(twin, ways, few)[:, 0].min()))
+            found.append(float(self._judge(twin, ways, few)[:, 0].min()) + self._release)
         return found
 
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet:

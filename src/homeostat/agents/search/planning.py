@@ -45,6 +45,8 @@ class SearchPlanning:
         approved = [a.cost.share for a in advice.attempts if isinstance(a.verdict, Approve) and a.cost is not None]
         if approved and least > min(approved) - SAME:
             raise NoAdmissiblePlan("no path that is left can cost less than what is approved")
+        if situation.optional and situation.idle_cost is not None and least > situation.idle_cost.share - SAME:
+            raise NoAdmissiblePlan("no path that is left can cost less than leaving the plant alone")
         return path
 
     def _nothing_is_open(self, situation: Situation) -> bool:
