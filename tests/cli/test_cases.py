@@ -4,7 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from homeostat.plants.files.folder import plant_names
+from homeostat.plants.files.places import plant_names
 from homeostat.plants.plant import load_plant
 from tests.cli.command import environment, homeostat
 

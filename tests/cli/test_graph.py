@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from pyoxigraph import RdfFormat, Triple, parse
 
-from homeostat.plants.files.folder import plant_folder
+from homeostat.plants.files.places import plant_folder
 from tests.cli.command import homeostat, refused
 from tests.knowledge.servers import free_port, oxigraph_server
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from homeostat.domain.plant.state_machine import State, StateMachine, Transition
-from homeostat.plants.files.folder import plant_names
+from homeostat.plants.files.places import plant_names
 from homeostat.plants.plant import load_plant
 from homeostat.stl.formula import parse
 

@@ -12,12 +12,14 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from pyoxigraph import NamedNode
 
 from homeostat.knowledge.build.build import build, mapped, refuse_incomplete
 from homeostat.knowledge.build.tables.check import SCHEMAS, mistakes
+from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import GraphError
 from homeostat.plants.files.folder import read_files
-from homeostat.plants.files.graph import open_graph, read_description
+from homeostat.plants.files.graph import open_graph, refuse_other_model
 from homeostat.plants.model import find_model
 from homeostat.plants.settings.file import read_settings
 from homeostat.stl.formula import Expression, Formula
@@ -152,9 +154,9 @@ def test_a_plant_loads_with_finite_numbers_or_not_at_all(folder: Path, data: st.
     plant = read_settings(read_files(folder))
     try:
         graph = build(folder)
-        description = read_description(
-            open_graph(graph), plant.system, find_model(folder.name, plant.model), plant.twin.settings.horizon_s
-        )
+        description = read_plant(open_graph(graph), NamedNode(plant.system))
+        model = find_model(read_files(folder), plant.model)
+        refuse_other_model(description, model, plant.twin.settings.horizon_s)
     except GraphError as error:
         one_line(error)
         return

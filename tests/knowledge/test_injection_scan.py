@@ -14,7 +14,8 @@ from homeostat.knowledge.questions.query import template
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.vocabulary.tbox import ontologies
 from homeostat.knowledge.vocabulary.vocabulary import HS, RDFS, XSD
-from homeostat.plants.files.folder import INSTALLED, plant_folder
+from homeostat.plants.files.folder import INSTALLED
+from homeostat.plants.files.places import plant_folder
 from tests.safety.injections import CORPUS, TEXTS, Injection
 
 PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "reference" / "knowledge_graphs"

@@ -10,8 +10,8 @@ from homeostat.knowledge.checks.statements import SHOWN
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.error import Code, Mistake
 from homeostat.knowledge.vocabulary.vocabulary import PREFIXES
-from homeostat.plants.files.folder import plant_folder
 from homeostat.plants.files.graph import open_graph
+from homeostat.plants.files.places import plant_folder
 
 HEAD = "".join(f"@prefix {name}: <{iri}> .\n" for name, iri in PREFIXES) + (
     "@prefix owl: <http://www.w3.org/2002/07/owl#> .\n@prefix : <urn:plant#> .\n"

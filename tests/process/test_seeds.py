@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import homeostat
-from homeostat.plants.files.folder import plant_names
+from homeostat.plants.files.places import plant_names
 from homeostat.plants.plant import load_plant
 from homeostat.process.seeds import Stream, child, generator, noise_seed
 from homeostat.twin.twin import Purpose

@@ -25,7 +25,7 @@ from pathlib import Path
 import pytest
 
 import homeostat
-from homeostat.plants.files.folder import plant_names
+from homeostat.plants.files.places import plant_names
 from homeostat.plants.plant import Plant, load_plant
 
 SOURCES = Path(homeostat.__file__).parent

@@ -1,40 +1,54 @@
-"""The process model that a plant's settings name: only what an installed plant provides is ever imported."""
+"""The process model that a plant's settings name: of its own folder, or one that this package ships."""
 
 import importlib
 import inspect
+from types import ModuleType
 from typing import Any, Final
 
 from homeostat.plants.error import PlantError
-from homeostat.plants.files.folder import INSTALLED, SETTINGS, plant_names
+from homeostat.plants.files.code import import_own, modules
+from homeostat.plants.files.folder import INSTALLED, SETTINGS, PlantFiles
+from homeostat.plants.files.places import shipped_names
 from homeostat.process.model import ProcessModel
 from homeostat.stl.spelling import near_matches
 
 _PACKAGE: Final = "homeostat.plants"
 
 
-def find_model(plant: str, model: str) -> ProcessModel:
-    """The process model ``model``, as ``module:class``, that the settings of ``plant`` name.
+def find_model(files: PlantFiles, model: str) -> ProcessModel:
+    """The process model ``model`` that the settings of a plant name, as ``module:class``.
 
-    Raises PlantError before anything is imported where the module is not in the folder of an installed plant, and after
-    it where the class is not defined there.
+    The module is one in the plant's folder, or that of a shipped plant by its whole name.
+
+    Raises PlantError before anything is imported where there is no such module, and after it where the class is not
+    defined there, or the plant's own code cannot be run.
     """
-    where = f"{plant}/{SETTINGS}: model {model!r}"
+    where = f"{files.folder.name}/{SETTINGS}: model {model!r}"
     module_name, _, class_name = model.partition(":")
-    provided = [module for plant in plant_names() for module in _modules(plant)]
-    if module_name not in provided:
-        hint = near_matches(module_name, provided)
-        raise PlantError(f"{where}: no installed plant provides the module {module_name!r}{hint}")
-    module = importlib.import_module(module_name)
+    module = _module(files, module_name, where)
     classes: list[tuple[str, Any]] = inspect.getmembers(module, inspect.isclass)
-    models = {name: c for name, c in classes if c.__module__ == module_name and hasattr(c, "initial_state")}
+    models = {name: c for name, c in classes if c.__module__ == module.__name__ and hasattr(c, "initial_state")}
     if class_name not in models:
         hint = near_matches(class_name, models)
         raise PlantError(f"{where}: the module defines no process model {class_name!r}{hint}")
-    found: ProcessModel = models[class_name]()
+    try:
+        found: ProcessModel = models[class_name]()
+    except Exception as broken:  # it is anybody's code
+        raise PlantError(f"{where}: it cannot be made: {type(broken).__name__}: {broken}; mend it") from None
     return found
 
 
+def _module(files: PlantFiles, name: str, where: str) -> ModuleType:
+    if name in modules(files) and files.folder.parent != INSTALLED:
+        return import_own(files, name)
+    shipped = [each for plant in shipped_names() for each in _modules(plant)]
+    if name not in shipped:
+        hint = near_matches(name, [*modules(files), *shipped])
+        raise PlantError(f"{where}: neither the folder nor a shipped plant provides the module {name!r}{hint}")
+    return importlib.import_module(name)
+
+
 def _modules(plant: str) -> list[str]:
-    """Names of the modules in the folder of an installed plant."""
+    """Names of the modules in the folder of a shipped plant."""
     paths = sorted((INSTALLED / plant).glob("*.py"))
     return [f"{_PACKAGE}.{plant}.{path.stem}" for path in paths if path.stem != "__init__"]

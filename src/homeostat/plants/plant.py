@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from pyoxigraph import NamedNode
 
 from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.domain.mode import Side
@@ -15,12 +16,14 @@ from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.recovery import open_setpoints
 from homeostat.guard.settings import LEASE_WITHIN_S
 from homeostat.knowledge.build.build import GRAPH
+from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.plants.configuration import configuration_digest
 from homeostat.plants.error import PlantError
-from homeostat.plants.files.folder import SETTINGS, PlantFiles, plant_folder, read_files
+from homeostat.plants.files.folder import SETTINGS, PlantFiles, read_files
 from homeostat.plants.files.generated import with_baselines, with_fresh_graph
-from homeostat.plants.files.graph import open_graph, read_description
+from homeostat.plants.files.graph import open_graph, refuse_other_model
+from homeostat.plants.files.places import plant_folder
 from homeostat.plants.model import find_model
 from homeostat.plants.settings.balances import read_balances
 from homeostat.plants.settings.check import refuse_misfit
@@ -120,10 +123,11 @@ def load_plant(name: str, learned: bool = True, kept: bool = True) -> Plant:
     """
     files = read_files(plant_folder(name))
     settings = read_settings(files)
-    model = find_model(files.folder.name, settings.model)
     fresh = with_fresh_graph(files, kept)
     graph = open_graph(fresh.contents[GRAPH])
-    description = read_description(graph, settings.system, model, settings.twin.settings.horizon_s)
+    description = read_plant(graph, NamedNode(settings.system))
+    model = find_model(files, settings.model)  # its code runs once all that configures it is known to be right
+    refuse_other_model(description, model, settings.twin.settings.horizon_s)
     refuse_misfit(files.folder.name, settings, description, model)
     _check_choices(description.machine)
     plant = _with_generated(_case(settings, fresh, graph, description, model), settings)

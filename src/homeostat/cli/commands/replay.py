@@ -17,7 +17,7 @@ from homeostat.journal.signing.keys import KeyTrouble
 from homeostat.journal.verify.verify import verify
 from homeostat.knowledge.store.error import GraphError
 from homeostat.plants.error import PlantError
-from homeostat.plants.files.folder import plant_names
+from homeostat.plants.files.places import shipped_names
 from homeostat.plants.plant import load_plant
 from homeostat.record.decode import DecodeError, decode
 from homeostat.record.result import ResultError, read_result
@@ -84,7 +84,7 @@ def _plant(started: RunStarted, run_dir: Path, given: str | None) -> PlantDescri
     except (PlantError, GraphError) as error:
         if given is not None:
             raise
-        installed = folder is None and started.case in plant_names()
+        installed = folder is None and started.case in shipped_names()
         words = "told in the words of the installed plant" if installed else "told without the plant's words and units"
         print(printable(f"homeostat: {error}; {words}"), file=sys.stderr)
         return load_plant(started.case).description if installed else unknown_plant(started.case, _told(run_dir))

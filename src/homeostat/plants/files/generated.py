@@ -88,7 +88,7 @@ def baseline_sources(plant: Plant) -> str:
         ],
         "permissives": [[p.name, str(p.formula)] for p in d.limits.of_kind(LimitKind.PERMISSIVE)],
         "run": [str(plant.started), plant.start.tolist(), plant.end_s, plant.monitoring.settle_s],
-        "code": [[name, sha256(text)] for name, text in plant.files.contents.items() if name.endswith(".py")],
+        "code": [[name, sha256(text)] for name, text in plant.files.own_code.items() if "/" not in name],
     }
     return digest_of(sources)
 

@@ -1,13 +1,11 @@
-"""The graph of a plant: read, checked against the process model, and turned into typed values."""
+"""The graph of a plant in a store, and whether what it describes is the plant of a process model."""
 
-from pyoxigraph import NamedNode, RdfFormat, parse
+from pyoxigraph import RdfFormat, parse
 
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.knowledge.checks.consistency import ModelInterface, refuse_inconsistent
-from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.graph_file import load_triples
-from homeostat.knowledge.store.store import GraphStore
 from homeostat.knowledge.vocabulary.former import mentioned
 from homeostat.process.model import ProcessModel
 
@@ -22,15 +20,9 @@ def open_graph(content: bytes) -> EmbeddedStore:
     return store
 
 
-def read_description(store: GraphStore, system: str, model: ProcessModel, horizon_s: float) -> PlantDescription:
-    """The plant as its graph describes it.
-
-    Raises:
-        GraphError: the graph is incomplete, or it and ``model`` do not fit; ``horizon_s`` is a rollout's length [s].
-    """
-    plant = read_plant(store, NamedNode(system))
+def refuse_other_model(plant: PlantDescription, model: ProcessModel, horizon_s: float) -> None:
+    """GraphError where ``plant``, as its graph describes it, is not that of ``model``; ``horizon_s``: of a rollout."""
     refuse_inconsistent(plant, interface(model, horizon_s))
-    return plant
 
 
 def interface(model: ProcessModel, horizon_s: float) -> ModelInterface:

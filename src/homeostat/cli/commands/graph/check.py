@@ -83,7 +83,7 @@ def _disagreements(plant: PlantGraph, store: GraphStore) -> Iterator[str]:
     except GraphError as error:
         yield str(error)  # what cannot be read cannot be compared
         return
-    model = find_model(plant.name, plant.settings.model)
+    model = find_model(plant.files, plant.settings.model)
     yield from map(str, inconsistencies(described, interface(model, plant.settings.twin.settings.horizon_s)))
     yield from _misfits(plant, described, model)
 

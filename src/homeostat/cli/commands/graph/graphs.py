@@ -11,7 +11,8 @@ from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.graph_file import UnreadableGraph, load_file
 from homeostat.knowledge.vocabulary.tbox import ONTOLOGY_GRAPH, load_ontology
 from homeostat.knowledge.vocabulary.vocabulary import PREFIXES
-from homeostat.plants.files.folder import PlantFiles, plant_folder, read_files
+from homeostat.plants.files.folder import PlantFiles, read_files
+from homeostat.plants.files.places import plant_folder
 from homeostat.plants.settings.file import read_settings
 from homeostat.plants.settings.settings import Settings
 

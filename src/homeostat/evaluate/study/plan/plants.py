@@ -10,7 +10,8 @@ from homeostat.evaluate.study.plan.plan import Plan
 from homeostat.knowledge.store.error import GraphError
 from homeostat.plants.configuration import configuration_digest
 from homeostat.plants.error import PlantError
-from homeostat.plants.files.folder import INSTALLED, is_path, plant_folder, read_files
+from homeostat.plants.files.folder import INSTALLED, read_files
+from homeostat.plants.files.places import is_path, plant_folder
 from homeostat.plants.plant import Plant, load_plant
 
 

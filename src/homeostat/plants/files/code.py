@@ -1,0 +1,126 @@
+"""A plant's own code: the modules of its folder, run from what was read of them, under a name that no other plant has.
+
+What runs is what the digest of the configuration is made of, though a file be changed meanwhile. Modules of one plant
+import each other relatively (``from .layout import STATES``); they see nothing else that is in the folder or beside it.
+"""
+
+from __future__ import annotations
+
+import importlib
+import logging
+import sys
+from collections.abc import Sequence
+from importlib.abc import MetaPathFinder, SourceLoader
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Final, NamedTuple, final
+
+from homeostat.knowledge.build.provenance import sha256
+from homeostat.plants.configuration import configuration_digest
+from homeostat.plants.error import PlantError
+from homeostat.plants.files.folder import SETTINGS, PlantFiles
+
+_PACKAGE: Final = "__init__.py"
+
+
+class _Source(NamedTuple):
+    file: Path
+    content: bytes
+
+
+_sources: Final[dict[str, _Source]] = {}
+
+
+def modules(files: PlantFiles) -> tuple[str, ...]:
+    """Names of the modules in the plant's folder, but for those of its true plant."""
+    names = (name.removesuffix(".py") for name in files.own_code if "/" not in name)
+    return tuple(name for name in names if name != "__init__")
+
+
+def import_own(files: PlantFiles, module: str) -> ModuleType:
+    """The ``module`` of the plant's folder; says whose code it is before any of it runs for the first time.
+
+    Raises PlantError with the line where the code cannot be run.
+    """
+    package = _package(files)
+    if f"{package}.{module}" not in sys.modules:
+        _announce(files)
+    try:
+        return importlib.import_module(f"{package}.{module}")
+    except Exception as broken:  # it is anybody's code
+        raise PlantError(f"{files.folder.name}/{SETTINGS}: {_place(files, broken)}{_said(broken)}; mend it") from None
+
+
+def _package(files: PlantFiles) -> str:
+    """Name of the package that the folder's code is; it is another one where the code or the folder is."""
+    code = {_PACKAGE: b"", f"true/{_PACKAGE}": b"", **files.own_code}
+    named = [str(files.folder), *(f"{path} {sha256(content)}" for path, content in sorted(code.items()))]
+    name = f"_homeostat_plant_{sha256(chr(0).join(named).encode())[:16]}"
+    if name not in _sources:
+        for path, content in code.items():
+            _sources[_dotted(name, path)] = _Source(files.folder / path, content)
+        if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
+            sys.meta_path.append(_Finder())
+    return name
+
+
+def _dotted(package: str, path: str) -> str:
+    parts = path.removesuffix(".py").split("/")
+    return ".".join((package, *parts)).removesuffix(".__init__")
+
+
+def _announce(files: PlantFiles) -> None:
+    from homeostat.plants.files.signature import check_signature  # cryptography takes its time
+
+    signed = check_signature(files.folder, configuration_digest(files), ())
+    names = ", ".join(files.own_code)
+    logging.getLogger(__name__).warning("running the code in %r (%s): %s", str(files.folder), names, signed)
+
+
+def _place(files: PlantFiles, broken: Exception) -> str:
+    """The last line of the plant's own code that ``broken`` came from, or that it is about."""
+    if isinstance(broken, SyntaxError) and broken.filename:
+        return f"{Path(broken.filename).name}, line {broken.lineno}: "
+    found, trace = "", broken.__traceback__
+    while trace is not None:
+        file = Path(trace.tb_frame.f_code.co_filename)
+        if file.is_relative_to(files.folder):
+            found = f"{file.relative_to(files.folder).as_posix()}, line {trace.tb_lineno}: "
+        trace = trace.tb_next
+    return found
+
+
+def _said(broken: Exception) -> str:
+    text = broken.msg if isinstance(broken, SyntaxError) else " ".join(str(broken).split())
+    return f"{type(broken).__name__}: {text:.300}"
+
+
+@final
+class _Finder(MetaPathFinder):
+    """Finds the modules of plants' folders, whose names nothing else has."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        source = _sources.get(fullname)
+        if source is None:
+            return None
+        package = source.file.name == _PACKAGE  # whose path stays empty: nothing on disk is looked for
+        spec = ModuleSpec(fullname, _Loader(source), origin=str(source.file), is_package=package)
+        spec.has_location = True
+        return spec
+
+
+@final
+class _Loader(SourceLoader):
+    """Runs what was read of a module, and keeps no bytecode."""
+
+    def __init__(self, source: _Source) -> None:
+        self._source = source
+
+    def get_filename(self, fullname: str) -> str:
+        return str(self._source.file)
+
+    def get_data(self, path: Any) -> bytes:
+        return self._source.content

@@ -1,0 +1,112 @@
+"""Where plants are: in this package, in folders that a user names once and for all, and in other installed packages."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import Final
+
+from homeostat.plants.error import PlantError
+from homeostat.plants.files.folder import INSTALLED, SETTINGS, is_plant, lacking, shown
+from homeostat.stl.spelling import near_matches
+
+VARIABLE: Final = "HOMEOSTAT_PLANTS"
+"""Folders that hold plants' folders, or are one, separated as in ``PATH``."""
+GROUP: Final = "homeostat.plants"
+"""Entry points of other packages: the name of a plant -> the package whose folder it is, as ``packing.line_3``."""
+
+
+def shipped_names() -> tuple[str, ...]:
+    """Names of the plants of this package."""
+    return tuple(sorted(path.parent.name for path in INSTALLED.glob(f"*/{SETTINGS}")))
+
+
+def plant_names() -> tuple[str, ...]:
+    """Names of every plant that has one; PlantError where what says so is wrong, or two have the same."""
+    names = _places()
+    for name in names:
+        _only(name, names)
+    return tuple(sorted(names))
+
+
+def is_path(name: str) -> bool:
+    """Whether ``name`` is a path of a plant's folder rather than the name of a plant."""
+    return "/" in name or "\\" in name
+
+
+def plant_folder(name: str, base: Path = Path()) -> Path:
+    """Folder of the plant called ``name``, or the folder that ``name`` is a path of, from ``base`` on (it has a ``/``).
+
+    Raises PlantError with what there is, near matches and the remedy where there is no such plant, or several have the
+    name, and TypeError where ``name`` is no text.
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"plant {name!r} must be a text: the name of a plant, or the path of a folder")
+    if is_path(name):
+        if is_plant(base / name):
+            return (base / name).resolve()
+        installed = ", ".join(shipped_names())
+        raise PlantError(f"unknown plant {shown(name)}: {lacking(base / name)}; installed: {installed}")
+    places = _places()
+    if name in places:
+        return _only(name, places)
+    known, own = sorted(places), "a folder is named by its path, as './my_plant'"
+    if is_plant(base / name):
+        own = f"for the folder {shown(name)} write './{name}'"
+    raise PlantError(f"unknown plant {shown(name)}{near_matches(name, known)}; installed: {', '.join(known)}; {own}")
+
+
+def _only(name: str, places: Mapping[str, list[Path]]) -> Path:
+    """The one folder of the plant called ``name``: which of two is meant nobody can tell."""
+    first, *others = places[name]
+    if others:
+        where = " and ".join(repr(str(folder)) for folder in places[name])
+        raise PlantError(f"several plants are called {shown(name)}: {where}; name one by its path")
+    return first
+
+
+def _places() -> Mapping[str, list[Path]]:
+    """Name -> every folder that is a plant's of that name."""
+    found: dict[str, list[Path]] = {}
+    for folder in (*(INSTALLED / name for name in shipped_names()), *_own_folders(), *_of_packages()):
+        same = found.setdefault(folder.name, [])
+        if folder not in same:
+            same.append(folder)
+    return found
+
+
+def _own_folders() -> Iterator[Path]:
+    """The plants of the folders that the user's variable names."""
+    for text in filter(None, os.environ.get(VARIABLE, "").split(os.pathsep)):
+        folder = Path(text)
+        if not folder.is_dir():
+            raise PlantError(f"{VARIABLE} names {shown(text)}, which is no folder; correct it")
+        if is_plant(folder):
+            yield folder.resolve()
+        yield from (path.parent.resolve() for path in sorted(folder.glob(f"*/{SETTINGS}")))
+
+
+def _of_packages() -> Iterator[Path]:
+    """The plants of other installed packages; none of their code is run to find them."""
+    for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
+        folder = _folder_of(entry)
+        if folder.name != entry.name:
+            raise PlantError(f"{_told(entry)}, a folder of another name; give both the same")
+        yield folder
+
+
+def _folder_of(entry: EntryPoint) -> Path:
+    parts = entry.value.split(".")
+    for place in sys.path:
+        folder = Path(place or ".", *parts)
+        if is_plant(folder):
+            return folder.resolve()
+    raise PlantError(f"{_told(entry)}, and no such folder has a {SETTINGS}; install the package again, or remove it")
+
+
+def _told(entry: EntryPoint) -> str:
+    package = entry.dist.name if entry.dist is not None else "a package"
+    return f"{package} offers the plant {shown(entry.name)} in {shown(entry.value)}"
