@@ -19,7 +19,7 @@ from homeostat.plants.error import PlantError
 from homeostat.plants.files.baselines import read_baselines
 from homeostat.plants.files.folder import BASELINES, INSTALLED, read_files
 from homeostat.plants.files.generated import baseline_sources
-from homeostat.plants.learn_baselines import main as learn
+from homeostat.plants.learning import learned
 from homeostat.plants.plant import load_plant
 from tests.cli.command import homeostat, refused
 from tests.plants.copies import Copy
@@ -280,11 +280,11 @@ def test_reference_values_follow_what_they_were_learned_from(module: Copy) -> No
 
 def test_what_was_never_learned_says_how(module: Copy) -> None:
     (module.folder / BASELINES).unlink()
-    remedy = re.escape(f"learn them: python -m homeostat.plants.learn_baselines {module.folder}")
+    remedy = re.escape(f"learn them: homeostat plant learn {module.folder}")
     with pytest.raises(PlantError, match=f"no reference values yet; {remedy}$"):
         module.load()
-    assert learn([str(module.folder)]) == 0
-    assert (module.folder / BASELINES).read_bytes() == (INSTALLED / "mixing_module" / BASELINES).read_bytes()
+    content = learned(load_plant(str(module.folder), learned=False))
+    assert content == (INSTALLED / "mixing_module" / BASELINES).read_bytes()
 
 
 def test_the_digest_knows_every_file_and_no_place(reactor: Copy, tmp_path: Path) -> None:

@@ -187,7 +187,7 @@ def test_a_setting_that_does_not_fit_the_plant(reactor: Copy, old: str, new: str
         "antigravity:geohash", "os:system", "homeostat.process.model:ProcessModel", "homeostat.plants.cstr:process",
         "homeostat.plants.csrt.process:CstrModel", "homeostat.plants.cstr.process:CstrModell",
         "homeostat.plants.cstr.process:Mapping", "homeostat.plants.cstr.process:advance",
-        "homeostat.plants.learn_baselines:main", "homeostat.plants.cstr.__init__:x",
+        "homeostat.plants.learning:main", "homeostat.plants.cstr.__init__:x",
     ],
 )  # fmt: skip
 def test_only_what_an_installed_plant_provides_is_imported(reactor: Copy, model: str) -> None:

@@ -22,7 +22,7 @@ SOURCES = Path(homeostat.__file__).parent
 WRITER = "guard/writing/writer.py"
 PASSES_ON = "guard/writing/bounded.py"
 """The writer's wire over a link that may block: what it is given to send, it sends in a thread of its own."""
-MAKES_PLANTS = ("links/", "evaluate/", "plants/learn_baselines.py", "cli/")
+MAKES_PLANTS = ("links/", "evaluate/", "plants/learning.py", "cli/")
 """Where a simulated plant may be made: outside everything that takes part in a recovery."""
 
 

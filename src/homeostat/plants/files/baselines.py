@@ -61,7 +61,7 @@ def write_baselines(baselines: tuple[Baseline, ...], learned_from: str) -> bytes
 def refuse_altered(content: bytes) -> None:
     """GraphError where the file is not as it was written."""
     if not is_sealed(content):
-        remedy = "restore it, or remove it and run 'python -m homeostat.plants.learn_baselines CASE'"
+        remedy = "restore it, or remove it and run 'homeostat plant learn CASE'"
         message = f"does not match its own hash: it was changed after it was learned; {remedy}"
         raise GraphError(Code.ALTERED, BASELINES, message)
 

@@ -56,14 +56,11 @@ def with_baselines(plant: Plant, kept: bool) -> Plant:
     if BASELINES not in plant.files.contents:
         folder = plant.files.folder
         case = plant.name if folder.parent == INSTALLED else folder
-        raise PlantError(
-            f"plant {plant.name!r} has no reference values yet; "
-            f"learn them: python -m homeostat.plants.learn_baselines {case}"
-        )
+        raise PlantError(f"plant {plant.name!r} has no reference values yet; learn them: homeostat plant learn {case}")
     content = plant.files.contents[BASELINES]
     refuse_altered(content)
     if learned_from(content) != baseline_sources(plant):
-        from homeostat.plants.learn_baselines import learned  # learning loads plants, and rarely happens
+        from homeostat.plants.learning import learned  # learning loads plants, and rarely happens
 
         content = learned(plant)
         files = _with(plant.files, BASELINES, content, "what it follows from has changed", kept)

@@ -1,0 +1,35 @@
+"""``homeostat plant try``: a plant that nobody supervises, as text and picture, before anything was learned of it."""
+
+import argparse
+from pathlib import Path
+
+from homeostat.domain.quotation import printable
+from homeostat.evaluate.scenario import scenario
+from homeostat.evaluate.trial import Trial, try_out
+from homeostat.journal.beside.files import write_whole
+from homeostat.plants.plant import load_plant
+from homeostat.record.figure.figure import draw
+
+
+def carry_out(options: argparse.Namespace) -> int:
+    """Simulate, show and draw; 0 where every hard limit is kept, else 1."""
+    plant = load_plant(options.case, learned=False)
+    chosen = scenario(plant, options.fault, options.seed, options.onset, options.severity, options.end)
+    tried = try_out(plant, chosen)
+    path: Path = options.out or Path(f"{plant.name}-{chosen.fault}-{chosen.seed}.png")
+    write_whole(path, draw(tried))
+    for line in _told(tried):
+        print(printable(line))
+    print(f"{path}: the run as a picture")
+    return 1 if any(each.hard for each in tried.missed) else 0
+
+
+def _told(tried: Trial) -> list[str]:
+    machine = tried.plant.description.machine
+    lines = [f"{at_s:6.0f} s  {machine.state(state).label} ({state})" for state, at_s in tried.record.states]
+    if not lines:
+        lines = [f"it stays in {tried.state!r}: '{tried.plant.started}' never holds in {tried.scenario.end_s:g} s"]
+    for each in tried.missed:
+        what = "violated" if each.hard else "missed"
+        lines.append(f"{each.first_s:6.0f} s  {each.name} {what}: '{each.formula}', {each.total_s:g} s in all")
+    return lines if tried.missed else [*lines, "every limit is kept after start-up"]

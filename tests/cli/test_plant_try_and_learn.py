@@ -1,0 +1,49 @@
+"""``homeostat plant try`` and ``plant learn``: what an engineer sees of a plant before anything supervises it."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from homeostat.plants.files.folder import BASELINES, INSTALLED
+from tests.cli.command import homeostat
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def copy(name: str, where: Path) -> Path:
+    return Path(shutil.copytree(INSTALLED / name, where / name, ignore=shutil.ignore_patterns("__pycache__")))
+
+
+def test_a_plant_without_reference_values_is_tried(tmp_path: Path) -> None:
+    (copy("mixing_module", tmp_path) / BASELINES).unlink()
+    done = homeostat("plant", "try", "./mixing_module", cwd=tmp_path)
+    assert (done.status, done.err) == (0, "")
+    assert "Draining B204 (emptying_B204)" in done.out and "every limit is kept after start-up" in done.out
+    assert (tmp_path / "mixing_module-none-1.png").read_bytes().startswith(PNG)
+
+
+def test_a_fault_that_nobody_answers_shows_what_it_violates(tmp_path: Path) -> None:
+    done = homeostat("plant", "try", "cstr", "--fault", "cool_stuck_closed", "--out", "x.png", cwd=tmp_path)
+    assert done.status == 1 and "LIM-T-HIGH violated: 'T1 <= 313'" in done.out
+    assert "Normal operation (normal)" in done.out and (tmp_path / "x.png").read_bytes().startswith(PNG)
+
+
+def test_what_is_learned_is_what_ships(tmp_path: Path) -> None:
+    folder = copy("mixing_module", tmp_path)
+    (folder / BASELINES).unlink()
+    done = homeostat("plant", "learn", "./mixing_module", cwd=tmp_path)
+    assert done.status == 0 and "40 of 40 fault-free runs" in done.err
+    assert f"{folder / BASELINES}: " in done.out and "learned from 40 fault-free runs" in done.out
+    assert (folder / BASELINES).read_bytes() == (INSTALLED / "mixing_module" / BASELINES).read_bytes()
+
+
+def test_a_sick_plant_is_refused_in_one_line_and_keeps_its_values(tmp_path: Path) -> None:
+    folder = copy("cstr", tmp_path)
+    limits = folder / "engineering" / "limits.csv"
+    limits.write_text(limits.read_text("utf-8").replace("T1 <= 313", "T1 <= 309.5"), "utf-8")
+    before = (folder / BASELINES).read_bytes()
+    done = homeostat("plant", "learn", "./cstr", cwd=tmp_path)
+    (line,) = (line for line in done.err.splitlines() if "not well" in line)
+    assert done.status == 2 and done.out == "" and "(LIM-T-HIGH) does not hold for" in line
+    assert (folder / BASELINES).read_bytes() == before
