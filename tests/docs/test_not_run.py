@@ -157,7 +157,9 @@ def helped(*command: str) -> str:
     return told.getvalue()
 
 
-STUDIES = [(page, block) for page in PAGES for block in blocks(page.read_text("utf-8")) if block.language == "toml"]
+TABLES = [(page, block) for page in PAGES for block in blocks(page.read_text("utf-8")) if block.language == "toml"]
+STUDIES = [(page, block) for page, block in TABLES if not block.body.startswith("[project")]
+"""Of the tables that pages show, those that are no part of another package's settings."""
 
 
 @pytest.mark.parametrize(
