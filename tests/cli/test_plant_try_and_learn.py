@@ -19,7 +19,7 @@ def test_a_plant_without_reference_values_is_tried(tmp_path: Path) -> None:
     (copy("mixing_module", tmp_path) / BASELINES).unlink()
     done = homeostat("plant", "try", "./mixing_module", cwd=tmp_path)
     assert (done.status, done.err) == (0, "")
-    assert "Draining B204 (emptying_B204)" in done.out and "every limit is kept after start-up" in done.out
+    assert "Draining B204 (emptying_B204)" in done.out and "every limit is kept" in done.out
     assert (tmp_path / "mixing_module-none-1.png").read_bytes().startswith(PNG)
 
 
@@ -27,6 +27,11 @@ def test_a_fault_that_nobody_answers_shows_what_it_violates(tmp_path: Path) -> N
     done = homeostat("plant", "try", "cstr", "--fault", "cool_stuck_closed", "--out", "x.png", cwd=tmp_path)
     assert done.status == 1 and "LIM-T-HIGH violated: 'T1 <= 313'" in done.out
     assert "Normal operation (normal)" in done.out and (tmp_path / "x.png").read_bytes().startswith(PNG)
+
+
+def test_a_plant_that_never_starts_is_not_well(tmp_path: Path) -> None:
+    done = homeostat("plant", "try", "cstr", "--end", "100", cwd=tmp_path)
+    assert done.status == 1 and "never holds in 100 s" in done.out and "violated" not in done.out
 
 
 def test_what_is_learned_is_what_ships(tmp_path: Path) -> None:

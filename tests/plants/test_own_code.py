@@ -19,7 +19,7 @@ from homeostat.plants.files.code import import_own, modules
 from homeostat.plants.files.folder import SIGNATURE, read_files
 from homeostat.plants.files.signature import sign
 from homeostat.plants.plant import Plant, load_plant
-from homeostat.plants.truth import true_model
+from homeostat.plants.truth import mismatches, true_model
 from tests.plants.copies import Copy
 
 MARK = "import pathlib\npathlib.Path({file!r}).write_text('ran')\n"
@@ -80,6 +80,26 @@ def test_two_plants_with_modules_of_the_same_names_do_not_meet(tmp_path: Path) -
     assert not {"process", "kernel", "layout", "boiler"} & sys.modules.keys()
 
 
+def test_the_mismatches_are_those_that_were_read(boiler: Copy) -> None:
+    model = loaded(boiler).model
+    before = mismatches(model).keys()
+    (boiler.folder / "true" / "mismatches.toml").write_text('[evil]\ndescription = "x"\n', "utf-8")
+    assert mismatches(model).keys() == before and "plant" in before
+
+
+@pytest.mark.parametrize(("text", "words"), [("1 / 0\n", "ZeroDivisionError"), ("x = 1\n", "defines no TRUE")])
+def test_a_true_plant_that_cannot_be_run_is_one_line(boiler: Copy, text: str, words: str) -> None:
+    (boiler.folder / "true" / "plant.py").write_text(text, "utf-8")
+    with pytest.raises(PlantError, match=words):
+        true_model(loaded(boiler).model)
+
+
+def test_a_module_does_not_hide_the_true_plant(boiler: Copy) -> None:
+    (boiler.folder / "true.py").write_text("x = 1\n", "utf-8")
+    with pytest.raises(PlantError, match="has the name of the folder of the true plant; rename it"):
+        loaded(boiler)
+
+
 def test_what_changed_is_run_anew_and_what_did_not_is_not(boiler: Copy) -> None:
     first, again = loaded(boiler).model, loaded(boiler).model
     assert type(first) is type(again)
@@ -100,7 +120,10 @@ def test_what_runs_is_what_was_read(boiler: Copy) -> None:
         ("case.toml", "sure = 0.95", "sure = 1.95"),
         ("case.toml", "sure = 0.95", "shure = 0.95"),
         ("engineering/limits.csv", "T1 <= 313", "T1 <= 31x"),
+        ("case.toml", "sure = 0.95", "settle_s = 6000"),
+        ("case.toml", 'throughput = "F1"', 'throughput = "F99"'),
         ("plant.ttl", "313", "314"),
+        ("baseline.csv", "0", "1"),
     ],
 )
 def test_nothing_of_it_runs_before_all_else_is_right(boiler: Copy, file: str, old: str, new: str) -> None:
@@ -145,6 +168,8 @@ def test_who_signed_it_is_said(boiler: Copy, tmp_path: Path, caplog: pytest.LogC
         ("from . import secret\n", "process.py, line 1: ImportError"),
         ("class CstrModel:\n    def initial_state(self): ...\n    def __init__(self): 1 / 0\n", "ZeroDivisionError"),
         ("x = 1\n", "defines no process model 'CstrModel'"),
+        ("raise SystemExit(0)\n", "process.py, line 1: SystemExit: 0"),
+        ("class CstrModel:\n    def initial_state(self): ...\n", "a process model has states, parameters"),
     ],
 )
 def test_code_that_cannot_be_run_is_one_line(boiler: Copy, text: str, words: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from homeostat.domain.plant.limits import LimitKind
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import Scenario
+from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
 from homeostat.record.run_record import RunRecord
@@ -19,7 +21,7 @@ from homeostat.record.run_record import RunRecord
 
 @dataclass(frozen=True, slots=True)
 class Missed:
-    """A limit or criterion that did not hold."""
+    """A trip limit or envelope that did not hold."""
 
     name: str
     """Its name."""
@@ -48,7 +50,7 @@ class Trial:
     measured: Trajectory
     """What the instruments said."""
     missed: tuple[Missed, ...]
-    """Limits that did not hold after start-up, those that must hold first."""
+    """Limits that did not hold, those that must hold first."""
     detected_s: None = None
     """Nobody watches."""
     complete_s: None = None
@@ -63,6 +65,11 @@ class Trial:
         return states[-1][0] if states else self.plant.description.machine.initial.name
 
     @property
+    def well(self) -> bool:
+        """Whether it left start-up and kept every hard limit."""
+        return bool(self.record.states) and not any(each.hard for each in self.missed)
+
+    @property
     def outcome(self) -> Outcome:
         """Whether a hard limit was violated."""
         return Outcome.LIMIT_VIOLATED if any(each.hard for each in self.missed) else Outcome.NO_ACTION
@@ -75,17 +82,17 @@ def try_out(plant: Plant, scenario: Scenario) -> Trial:
     for state, at_s in sequencer.drain():
         record(StateEntered(state), at_s)
     truth = process.truth()
-    missed = _missed(plant, truth, record.started_s(scenario.end_s))
+    missed = _missed(plant, truth, record.started_s(math.inf))
     return Trial(plant, scenario, record, truth, process.measured(), missed)
 
 
 def _missed(plant: Plant, truth: Trajectory, started_s: float) -> tuple[Missed, ...]:
-    found = []
+    """Limits that did not hold: those of start-up until ``started_s`` [s], the usual ones after it."""
+    found, force = [], LimitsInForce.after(plant.description, started_s)
     for limit in plant.description.limits.limits:
         if limit.kind is LimitKind.PERMISSIVE:
             continue
-        margins = limit.formula.margins(truth.signals, truth.dt_s)[0]
-        outside = (truth.times_s >= started_s) & ~(margins >= 0.0)
+        outside = force.outside(limit, truth)
         if outside.any():
             first_s = float(truth.times_s[np.argmax(outside)])
             found.append(Missed(limit.name, str(limit.formula), limit.hard, first_s, float(outside.sum()) * truth.dt_s))

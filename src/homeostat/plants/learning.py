@@ -59,7 +59,7 @@ def feature_values(plant: Plant, seed: int) -> NDArray[np.float64]:
     if not rows:
         text = f"its features are never all known after it started at {started:g} s and settled"
         raise _sick(seed, f"{text}; shorten settle_s or their windows, or correct the features")
-    _refuse_violated(plant, process.truth(), started + plant.monitoring.settle_s, seed)
+    _refuse_violated(plant, process.truth(), started, seed)
     return np.array(rows)
 
 

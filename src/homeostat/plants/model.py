@@ -6,7 +6,7 @@ from types import ModuleType
 from typing import Any, Final
 
 from homeostat.plants.error import PlantError
-from homeostat.plants.files.code import import_own, modules
+from homeostat.plants.files.code import import_own, modules, told
 from homeostat.plants.files.folder import INSTALLED, SETTINGS, PlantFiles
 from homeostat.plants.files.places import shipped_names
 from homeostat.process.model import ProcessModel
@@ -26,16 +26,31 @@ def find_model(files: PlantFiles, model: str) -> ProcessModel:
     where = f"{files.folder.name}/{SETTINGS}: model {model!r}"
     module_name, _, class_name = model.partition(":")
     module = _module(files, module_name, where)
-    classes: list[tuple[str, Any]] = inspect.getmembers(module, inspect.isclass)
+    classes: list[tuple[str, Any]] = [(name, c) for name, c in vars(module).items() if inspect.isclass(c)]
     models = {name: c for name, c in classes if c.__module__ == module.__name__ and hasattr(c, "initial_state")}
     if class_name not in models:
         hint = near_matches(class_name, models)
         raise PlantError(f"{where}: the module defines no process model {class_name!r}{hint}")
     try:
         found: ProcessModel = models[class_name]()
-    except Exception as broken:  # it is anybody's code
-        raise PlantError(f"{where}: it cannot be made: {type(broken).__name__}: {broken}; mend it") from None
+    except KeyboardInterrupt:
+        raise
+    except BaseException as broken:  # it is anybody's code
+        raise PlantError(f"{where}: it cannot be made: {told(files, broken)}; mend it") from None
+    _refuse_partial(found, where)
     return found
+
+
+def _refuse_partial(model: ProcessModel, where: str) -> None:
+    """PlantError where ``model`` lacks something of a process model, or names something that is no tuple of names."""
+    members = (*ProcessModel.__annotations__, *vars(ProcessModel))
+    lacking = [name for name in members if not name.startswith("_") and not hasattr(model, name)]
+    if lacking:
+        raise PlantError(f"{where}: a process model has {', '.join(lacking)}, too; see homeostat.process.model")
+    for name in ("states", "parameters", "inputs", "faults", "variables"):
+        names = getattr(model, name)
+        if not (isinstance(names, tuple) and all(isinstance(each, str) for each in names)):
+            raise PlantError(f"{where}: its {name} are {names!r:.100}; give a tuple of names")
 
 
 def _module(files: PlantFiles, name: str, where: str) -> ModuleType:

@@ -20,13 +20,14 @@ from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.plants.configuration import configuration_digest
 from homeostat.plants.error import PlantError
-from homeostat.plants.files.folder import SETTINGS, PlantFiles, read_files
+from homeostat.plants.files.baselines import refuse_altered
+from homeostat.plants.files.folder import BASELINES, SETTINGS, PlantFiles, read_files
 from homeostat.plants.files.generated import with_baselines, with_fresh_graph
 from homeostat.plants.files.graph import open_graph, refuse_other_model
 from homeostat.plants.files.places import plant_folder
 from homeostat.plants.model import find_model
 from homeostat.plants.settings.balances import read_balances
-from homeostat.plants.settings.check import refuse_misfit
+from homeostat.plants.settings.check import refuse_misfit, refuse_misnamed
 from homeostat.plants.settings.figure_panel import read_panel
 from homeostat.plants.settings.file import read_settings
 from homeostat.plants.settings.settings import Settings
@@ -126,10 +127,13 @@ def load_plant(name: str, learned: bool = True, kept: bool = True) -> Plant:
     fresh = with_fresh_graph(files, kept)
     graph = open_graph(fresh.contents[GRAPH])
     description = read_plant(graph, NamedNode(settings.system))
-    model = find_model(files, settings.model)  # its code runs once all that configures it is known to be right
+    refuse_misnamed(files.folder.name, settings, description)
+    _check_choices(description.machine)
+    if BASELINES in files.contents:
+        refuse_altered(files.contents[BASELINES])
+    model = find_model(fresh, settings.model)  # its code runs once all that configures it is known to be right
     refuse_other_model(description, model, settings.twin.settings.horizon_s)
     refuse_misfit(files.folder.name, settings, description, model)
-    _check_choices(description.machine)
     plant = _with_generated(_case(settings, fresh, graph, description, model), settings)
     if fresh is not files:
         plant = replace(plant, remade=(GRAPH,))

@@ -4,6 +4,7 @@ import importlib
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.abc import ResourceLoader
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -61,8 +62,15 @@ def true_model(model: ProcessModel) -> TrueModel | None:
     except ModuleNotFoundError as missing:
         if missing.name in (own, f"{own}.plant"):  # anything else that is missing is a mistake in the true plant
             return None
+        raise PlantError(f"the true plant in {own} cannot be run: {missing}; mend it") from None
+    except KeyboardInterrupt:
         raise
-    found: TrueModel = module.TRUE
+    except BaseException as broken:  # it is anybody's code
+        text = f"{type(broken).__name__}: {' '.join(str(broken).split()):.300}"
+        raise PlantError(f"the true plant in {own} cannot be run: {text}; mend it") from None
+    found: TrueModel | None = getattr(module, "TRUE", None)
+    if found is None:
+        raise PlantError(f"the true plant in {own} defines no TRUE; see homeostat.process.truth")
     return found
 
 
@@ -71,14 +79,20 @@ def mismatches(model: ProcessModel) -> Mapping[str, Mismatch]:
     truth = true_model(model)
     if truth is None:
         return {}
-    source = Path(str(importlib.import_module(type(truth).__module__).__file__)).with_name(MISMATCHES)
     try:
-        content = tomllib.loads(source.read_text("utf-8"))
+        content = tomllib.loads(_beside(type(truth).__module__, MISMATCHES).decode("utf-8"))
     except OSError as error:
-        raise PlantError(f"{str(source)!r} cannot be read: {error.strerror}; put it there") from None
+        raise PlantError(f"{str(error.filename)!r} cannot be read: {error.strerror}; put it there") from None
     except ValueError as error:  # no TOML, or no UTF-8
         raise PlantError(f"{MISMATCHES} is no TOML file: {error}; correct it") from None
     return {name: _mismatch(truth, name, table) for name, table in content.items()}
+
+
+def _beside(module: str, name: str) -> bytes:
+    """Content of the file called ``name`` beside ``module``, as whoever loaded that has it; OSError where it is not."""
+    spec = importlib.import_module(module).__spec__
+    assert spec is not None and spec.origin is not None and isinstance(spec.loader, ResourceLoader)
+    return spec.loader.get_data(str(Path(spec.origin).with_name(name)))
 
 
 def _mismatch(truth: TrueModel, name: str, content: object) -> Mismatch:

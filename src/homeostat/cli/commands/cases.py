@@ -8,13 +8,16 @@ from homeostat.domain.diagnosis import FaultMode
 from homeostat.domain.quotation import printable
 from homeostat.knowledge.store.error import GraphError
 from homeostat.plants.error import PlantError
-from homeostat.plants.files.places import plant_names
+from homeostat.plants.files.places import plant_names, troubles
 from homeostat.plants.plant import load_plant
 
 
 def carry_out(options: argparse.Namespace) -> int:
     """Print every plant; 1 where one cannot be loaded."""
     status = 0
+    for line in troubles():
+        print(printable(f"homeostat: {line}"), file=sys.stderr)
+        status = 1
     for number, name in enumerate(plant_names()):
         try:
             plant = load_plant(name)

@@ -17,6 +17,7 @@ from homeostat.journal.signing.keys import KeyTrouble
 from homeostat.journal.verify.verify import verify
 from homeostat.knowledge.store.error import GraphError
 from homeostat.plants.error import PlantError
+from homeostat.plants.files.folder import INSTALLED
 from homeostat.plants.files.places import shipped_names
 from homeostat.plants.plant import load_plant
 from homeostat.record.decode import DecodeError, decode
@@ -87,7 +88,9 @@ def _plant(started: RunStarted, run_dir: Path, given: str | None) -> PlantDescri
         installed = folder is None and started.case in shipped_names()
         words = "told in the words of the installed plant" if installed else "told without the plant's words and units"
         print(printable(f"homeostat: {error}; {words}"), file=sys.stderr)
-        return load_plant(started.case).description if installed else unknown_plant(started.case, _told(run_dir))
+        if installed:
+            return load_plant(str(INSTALLED / started.case)).description
+        return unknown_plant(started.case, _told(run_dir))
 
 
 def _vouched(run_dir: Path) -> bool:

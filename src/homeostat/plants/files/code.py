@@ -6,8 +6,10 @@ import each other relatively (``from .layout import STATES``); they see nothing 
 
 from __future__ import annotations
 
+import errno
 import importlib
 import logging
+import os
 import sys
 from collections.abc import Sequence
 from importlib.abc import MetaPathFinder, SourceLoader
@@ -22,11 +24,18 @@ from homeostat.plants.error import PlantError
 from homeostat.plants.files.folder import SETTINGS, PlantFiles
 
 _PACKAGE: Final = "__init__.py"
+_TRUE: Final = "true/"
+_HIDES: Final = "true.py"
 
 
 class _Source(NamedTuple):
-    file: Path
-    content: bytes
+    files: PlantFiles
+    name: str
+
+    @property
+    def file(self) -> Path:
+        """Where it was read."""
+        return self.files.folder / self.name
 
 
 _sources: Final[dict[str, _Source]] = {}
@@ -48,18 +57,27 @@ def import_own(files: PlantFiles, module: str) -> ModuleType:
         _announce(files)
     try:
         return importlib.import_module(f"{package}.{module}")
-    except Exception as broken:  # it is anybody's code
-        raise PlantError(f"{files.folder.name}/{SETTINGS}: {_place(files, broken)}{_said(broken)}; mend it") from None
+    except KeyboardInterrupt:
+        raise
+    except BaseException as broken:  # it is anybody's code
+        raise PlantError(f"{files.folder.name}/{SETTINGS}: {told(files, broken)}; mend it") from None
+
+
+def told(files: PlantFiles, broken: BaseException) -> str:
+    """What went wrong in the plant's own code, and where, in one line."""
+    return f"{_place(files, broken)}{_said(broken)}"
 
 
 def _package(files: PlantFiles) -> str:
     """Name of the package that the folder's code is; it is another one where the code or the folder is."""
-    code = {_PACKAGE: b"", f"true/{_PACKAGE}": b"", **files.own_code}
-    named = [str(files.folder), *(f"{path} {sha256(content)}" for path, content in sorted(code.items()))]
-    name = f"_homeostat_plant_{sha256(chr(0).join(named).encode())[:16]}"
+    if _HIDES in files.own_code:
+        raise PlantError(f"{files.folder.name}/{_HIDES} has the name of the folder of the true plant; rename it")
+    told = {name: content for name, content in files.contents.items() if name in files.own_code or _TRUE in name}
+    named = [str(files.folder), *(f"{path} {sha256(content)}" for path, content in sorted(told.items()))]
+    name = f"_homeostat_plant_{sha256(chr(0).join(named).encode('utf-8', 'surrogateescape'))[:16]}"
     if name not in _sources:
-        for path, content in code.items():
-            _sources[_dotted(name, path)] = _Source(files.folder / path, content)
+        for path in (_PACKAGE, f"{_TRUE}{_PACKAGE}", *files.own_code):
+            _sources[_dotted(name, path)] = _Source(files, path)
         if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
             sys.meta_path.append(_Finder())
     return name
@@ -71,14 +89,13 @@ def _dotted(package: str, path: str) -> str:
 
 
 def _announce(files: PlantFiles) -> None:
-    from homeostat.plants.files.signature import check_signature  # cryptography takes its time
+    from homeostat.plants.files.signature import signer  # cryptography takes its time
 
-    signed = check_signature(files.folder, configuration_digest(files), ())
-    names = ", ".join(files.own_code)
+    signed, names = signer(files.folder, configuration_digest(files)), ", ".join(files.own_code)
     logging.getLogger(__name__).warning("running the code in %r (%s): %s", str(files.folder), names, signed)
 
 
-def _place(files: PlantFiles, broken: Exception) -> str:
+def _place(files: PlantFiles, broken: BaseException) -> str:
     """The last line of the plant's own code that ``broken`` came from, or that it is about."""
     if isinstance(broken, SyntaxError) and broken.filename:
         return f"{Path(broken.filename).name}, line {broken.lineno}: "
@@ -91,8 +108,11 @@ def _place(files: PlantFiles, broken: Exception) -> str:
     return found
 
 
-def _said(broken: Exception) -> str:
-    text = broken.msg if isinstance(broken, SyntaxError) else " ".join(str(broken).split())
+def _said(broken: BaseException) -> str:
+    try:
+        text = broken.msg if isinstance(broken, SyntaxError) else " ".join(str(broken).split())
+    except Exception:  # what says what went wrong may go wrong itself
+        text = "it does not say why"
     return f"{type(broken).__name__}: {text:.300}"
 
 
@@ -123,4 +143,11 @@ class _Loader(SourceLoader):
         return str(self._source.file)
 
     def get_data(self, path: Any) -> bytes:
-        return self._source.content
+        """Content of a file of the folder as it was read; OSError where nothing of it was."""
+        files, asked = self._source.files, Path(path)
+        if asked == self._source.file:
+            return files.contents.get(self._source.name, b"")
+        name = asked.relative_to(files.folder).as_posix() if asked.is_relative_to(files.folder) else ""
+        if name not in files.contents:
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
+        return files.contents[name]

@@ -10,7 +10,7 @@ from homeostat.knowledge.build.build import GRAPH
 from homeostat.knowledge.build.provenance import with_one_line_end
 from homeostat.plants.error import PlantError
 
-INSTALLED: Final = Path(__file__).parents[1]
+INSTALLED: Final = Path(__file__).resolve().parents[1]
 """Where the plants of this package are."""
 SETTINGS: Final = "case.toml"
 """Name of the settings in a plant's folder."""

@@ -21,15 +21,19 @@ GROUP: Final = "homeostat.plants"
 
 def shipped_names() -> tuple[str, ...]:
     """Names of the plants of this package."""
-    return tuple(sorted(path.parent.name for path in INSTALLED.glob(f"*/{SETTINGS}")))
+    return tuple(sorted(path.name for path in INSTALLED.iterdir() if is_plant(path)))
 
 
 def plant_names() -> tuple[str, ...]:
-    """Names of every plant that has one; PlantError where what says so is wrong, or two have the same."""
-    names = _places()
-    for name in names:
-        _only(name, names)
-    return tuple(sorted(names))
+    """Names of every plant that has one."""
+    return tuple(sorted(_places(troubles=[])))
+
+
+def troubles() -> tuple[str, ...]:
+    """Why something that says where plants are leads to none, one line each."""
+    found: list[str] = []
+    _places(found)
+    return tuple(found)
 
 
 def is_path(name: str) -> bool:
@@ -50,13 +54,15 @@ def plant_folder(name: str, base: Path = Path()) -> Path:
             return (base / name).resolve()
         installed = ", ".join(shipped_names())
         raise PlantError(f"unknown plant {shown(name)}: {lacking(base / name)}; installed: {installed}")
-    places = _places()
+    found: list[str] = []
+    places = _places(found)
     if name in places:
         return _only(name, places)
     known, own = sorted(places), "a folder is named by its path, as './my_plant'"
     if is_plant(base / name):
         own = f"for the folder {shown(name)} write './{name}'"
-    raise PlantError(f"unknown plant {shown(name)}{near_matches(name, known)}; installed: {', '.join(known)}; {own}")
+    text = f"unknown plant {shown(name)}{near_matches(name, known)}; installed: {', '.join(known)}; {own}"
+    raise PlantError("; ".join((text, *found)))
 
 
 def _only(name: str, places: Mapping[str, list[Path]]) -> Path:
@@ -68,43 +74,41 @@ def _only(name: str, places: Mapping[str, list[Path]]) -> Path:
     return first
 
 
-def _places() -> Mapping[str, list[Path]]:
-    """Name -> every folder that is a plant's of that name."""
+def _places(troubles: list[str]) -> Mapping[str, list[Path]]:
+    """Name -> every folder that is a plant's of that name; ``troubles`` takes why something leads to none."""
     found: dict[str, list[Path]] = {}
-    for folder in (*(INSTALLED / name for name in shipped_names()), *_own_folders(), *_of_packages()):
+    shipped = (INSTALLED / name for name in shipped_names())
+    for folder in (*shipped, *_own_folders(troubles), *_of_packages(troubles)):
         same = found.setdefault(folder.name, [])
         if folder not in same:
             same.append(folder)
     return found
 
 
-def _own_folders() -> Iterator[Path]:
+def _own_folders(troubles: list[str]) -> Iterator[Path]:
     """The plants of the folders that the user's variable names."""
     for text in filter(None, os.environ.get(VARIABLE, "").split(os.pathsep)):
         folder = Path(text)
-        if not folder.is_dir():
-            raise PlantError(f"{VARIABLE} names {shown(text)}, which is no folder; correct it")
-        if is_plant(folder):
-            yield folder.resolve()
-        yield from (path.parent.resolve() for path in sorted(folder.glob(f"*/{SETTINGS}")))
+        try:
+            inside = sorted(folder.iterdir())
+        except OSError as error:
+            troubles.append(f"{VARIABLE} names {shown(text)}, which is no folder to read: {error.strerror}; correct it")
+            continue
+        yield from (each.resolve() for each in (folder, *inside) if is_plant(each))
 
 
-def _of_packages() -> Iterator[Path]:
+def _of_packages(troubles: list[str]) -> Iterator[Path]:
     """The plants of other installed packages; none of their code is run to find them."""
     for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
-        folder = _folder_of(entry)
-        if folder.name != entry.name:
-            raise PlantError(f"{_told(entry)}, a folder of another name; give both the same")
-        yield folder
-
-
-def _folder_of(entry: EntryPoint) -> Path:
-    parts = entry.value.split(".")
-    for place in sys.path:
-        folder = Path(place or ".", *parts)
-        if is_plant(folder):
-            return folder.resolve()
-    raise PlantError(f"{_told(entry)}, and no such folder has a {SETTINGS}; install the package again, or remove it")
+        parts = entry.value.split(".")
+        folders = (Path(place or ".", *parts) for place in sys.path)
+        folder = next((each.resolve() for each in folders if is_plant(each)), None)
+        if folder is None:
+            troubles.append(f"{_told(entry)}, and no such folder has a {SETTINGS}; install it again, or remove it")
+        elif folder.name != entry.name:
+            troubles.append(f"{_told(entry)}, a folder of another name; give both the same")
+        else:
+            yield folder
 
 
 def _told(entry: EntryPoint) -> str:

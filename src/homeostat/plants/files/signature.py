@@ -65,7 +65,20 @@ def check_signature(
 
     The signature is ``plant.sig`` in ``plant_folder``, or ``file``; ``trusted_keys`` are public keys in hexadecimal.
     """
-    path = file or plant_folder / SIGNATURE
+    found = _signature(file or plant_folder / SIGNATURE, digest)
+    if isinstance(found, str):
+        return found
+    return None if found.key in trusted_keys else f"the signature is by {_who(found)}, a key that is not trusted here"
+
+
+def signer(plant_folder: Path, digest: str) -> str:
+    """Who signed the configuration ``digest``, whether the key is trusted or not, or why nobody did; in one line."""
+    found = _signature(plant_folder / SIGNATURE, digest)
+    return found if isinstance(found, str) else f"signed by {_who(found)}"
+
+
+def _signature(path: Path, digest: str) -> Signature | str:
+    """The genuine signature under ``digest`` in the file ``path``, or why there is none."""
     try:
         with path.open("rb") as stream:
             found = Signature.model_validate_json(stream.read(_MOST_BYTES))
@@ -75,11 +88,12 @@ def check_signature(
         return f"the signature {str(path)!r} cannot be read: {error.strerror}"
     except ValidationError as error:
         return f"{str(path)!r} is no signature: {error.errors(include_url=False)[0]['msg']}"
-    who = f"{quoted(found.person)!r} (key {found.key[:16]}...)"
     if not found.genuine:
-        return f"the signature {str(path)!r} was altered: it is not what {who} signed"
+        return f"the signature {str(path)!r} was altered: it is not what {_who(found)} signed"
     if found.digest != digest:
-        return f"{who} signed another configuration, {found.digest[:16]}...; this one is {digest[:16]}..."
-    if found.key not in trusted_keys:
-        return f"the signature is by {who}, a key that is not trusted here"
-    return None
+        return f"{_who(found)} signed another configuration, {found.digest[:16]}...; this one is {digest[:16]}..."
+    return found
+
+
+def _who(found: Signature) -> str:
+    return f"{quoted(found.person)!r} (key {found.key[:16]}...)"

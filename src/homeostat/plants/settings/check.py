@@ -14,18 +14,28 @@ from homeostat.process.model import ProcessModel
 from homeostat.stl.spelling import near_matches
 
 
-def refuse_misfit(name: str, settings: Settings, plant: PlantDescription, model: ProcessModel) -> None:
-    """PlantError where the settings of the plant called ``name`` name what the plant or its model does not have.
+def refuse_misnamed(name: str, settings: Settings, plant: PlantDescription) -> None:
+    """PlantError where the settings of the plant called ``name`` name what the plant does not have.
 
-    So it is, too, where a value is outside what the plant says about its tag.
+    So it is, too, where a value is outside what the plant says about its tag. Nothing of the plant's code is needed.
     """
-    check = _Check(f"{name}/{SETTINGS}", plant, model)
+    check = _Check(f"{name}/{SETTINGS}", plant)
     transitions = [t.name for t in plant.machine.transitions]
     check.known("run, started_by", "transition", [settings.run.started_by], transitions)
     check.start(settings.start)
-    check.objective(settings)
+    check.throughput(settings)
     check.twin(settings)
     check.times(settings)
+
+
+def refuse_misfit(name: str, settings: Settings, plant: PlantDescription, model: ProcessModel) -> None:
+    """PlantError where the settings of the plant called ``name`` name what its ``model`` does not have."""
+    check = _Check(f"{name}/{SETTINGS}", plant)
+    inputs = {tag.name for tag in plant.tags if plant.variables[tag.name] in model.inputs}
+    check.known("start", "tag that can be commanded", settings.start, inputs)
+    check.quantities(settings, model)
+    check.known("twin, errors", "variable", settings.twin.errors, model.variables)
+    check.known("twin, initial", "state variable", settings.twin.initial, model.states)
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +46,6 @@ class _Check:
     """The file, for messages."""
     plant: PlantDescription
     """What the graph says."""
-    model: ProcessModel
-    """What is simulated."""
 
     def known(self, place: str, what: str, names: Iterable[str], known: Iterable[str]) -> None:
         """PlantError for the first of ``names`` that is not ``known``, or stands there twice."""
@@ -53,8 +61,7 @@ class _Check:
     def start(self, start: Mapping[str, float]) -> None:
         """What is commanded at the start can be commanded, within its range."""
         tags = {t.name: t for t in self.plant.tags if t.role in (Role.SP, Role.MV)}
-        inputs = {name for name in tags if self.plant.variables[name] in self.model.inputs}
-        self.known("start", "tag that can be commanded", start, inputs)
+        self.known("start", "tag that can be commanded", start, tags)
         for name, value in start.items():
             self.inside(f"start, {name}", value, tags[name].range, tags[name].unit)
 
@@ -66,15 +73,19 @@ class _Check:
                 f"{allowed.high:.6g} {unit}, what its tag can be"
             )
 
-    def objective(self, settings: Settings) -> None:
-        """What production is counted in is there."""
+    def throughput(self, settings: Settings) -> None:
+        """What production is measured by is there."""
         objective, tags = settings.objective, self.plant.tags_by_name
         self.known("objective, throughput", "tag", [objective.throughput], tags)
         tag = tags[objective.throughput]
         some = Range(tag.range.span * 1e-3, tag.range.high)
         self.inside("objective, design_rate", objective.design_rate, some, tag.unit)
-        rows = np.zeros((1, 1, len(self.model.states))), np.zeros((1, 1, len(self.model.inputs)))
-        quantities = {*tags, *self.model.truth(*rows)}
+
+    def quantities(self, settings: Settings, model: ProcessModel) -> None:
+        """What production is counted in is there."""
+        objective = settings.objective
+        rows = np.zeros((1, 1, len(model.states))), np.zeros((1, 1, len(model.inputs)))
+        quantities = {*self.plant.tags_by_name, *model.truth(*rows)}
         self.known("objective, delivered", "quantity", objective.delivered, quantities)
         for name, quantity in objective.totals.items():
             self.known(f"objective, totals, {name}", "quantity", [quantity], quantities)
@@ -82,10 +93,9 @@ class _Check:
     def twin(self, settings: Settings) -> None:
         """What the twin is judged by is measured, and no error is larger than the instrument's range."""
         twin = settings.twin
-        measured = {s.variable: s.tag for s in self.plant.signals if s.variable in self.model.variables}
+        measured = {s.variable: s.tag for s in self.plant.signals}
         self.known("twin, errors", "variable", twin.errors, measured)
         self.known("twin, corrected", "variable with an entry in errors", twin.corrected, twin.errors)
-        self.known("twin, initial", "state variable", twin.initial, self.model.states)
         widest = max(t.range.span for t in self.plant.tags if t.role is Role.PV)
         for name, deviation in twin.initial.items():
             if not 0.0 < deviation <= widest:

@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from homeostat.domain.diagnosis import Effect, FaultMode, FaultState
+from homeostat.domain.diagnosis import Effect, EffectKind, FaultMode, FaultState
 from homeostat.twin.carried import FaultSet
 
+_SIZELESS = (EffectKind.FROZEN, EffectKind.UNSEEN)
 REACHED = tuple(0.85**k for k in range(1, 15))
 """Shares of what it would be if it still grew, that something may have come to [1]."""
 
@@ -16,14 +17,11 @@ def change_of(fault: FaultState, effect: Effect, end_s: float) -> float:
 
 
 def lasting(course: FaultSet, modes: Mapping[str, FaultMode], end_s: float) -> FaultState:
-    """What a ``course`` of changes of one quantity comes to at ``end_s`` [s], as one lasting change since it began.
-
-    It is no larger than the tables let a lasting change be, as what grows is in a forecast.
-    """
+    """What a ``course`` of changes of one quantity comes to at ``end_s`` [s], as one lasting change since it began."""
     changes = [(change, _effect(modes[change.fault])) for change in course]
     total = sum(change_of(change, effect, end_s) for change, effect in changes)
     mode = _lasting_mode(changes[0][1], total, modes)
-    size = mode.severity_range.clip(total if mode.severity_range.low < 0.0 else abs(total))
+    size = total if mode.severity_range.low < 0.0 else abs(total)
     return FaultState(mode.name, size, min(change.onset_s for change in course))
 
 
@@ -68,5 +66,5 @@ def _effect(mode: FaultMode) -> Effect:
 def _lasting_mode(effect: Effect, total: float, modes: Mapping[str, FaultMode]) -> FaultMode:
     """The mode that lasts and changes the quantity of ``effect`` by ``total``."""
     every = [(mode, mode.effect) for mode in modes.values() if mode.effect is not None and not mode.effect.grows]
-    same = [(mode, own) for mode, own in every if (own.kind, own.quantity) == (effect.kind, effect.quantity)]
+    same = [(mode, own) for mode, own in every if own.quantity == effect.quantity and own.kind not in _SIZELESS]
     return next((mode for mode, own in same if mode.unknown or own.per_unit * total >= 0.0), same[0][0])

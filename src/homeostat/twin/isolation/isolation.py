@@ -121,7 +121,7 @@ class FaultIsolation:
         memory = Memory(said, self._carrier.modes, search.prior, window.end_s)
         (nothing,) = memory.told([Scored((), float(search.score([()])[0]))])
         named, unknown = self._named(search, question, window), self._estimated(evidence, search, (), question.since_s)
-        again = self._again(search, (Remembered(question.known, said[0].old, 0.0), *said), window)
+        again = self._again(search, question.known, said, window)
         scored, none = memory.told([*named, *unknown, *again]), nothing.score
         best, fit = _best(scored, evidence, none)
         if best.faults and (fit.strained or not self._keeps(best, question.known)):  # what changed is likelier than two
@@ -138,7 +138,7 @@ class FaultIsolation:
         modes, since_s = self._carrier.modes, min(question.since_s, window.end_s)
         scored, none = _spread(with_doubt(scored, evidence, modes, self._settings.gain_error), none, best, fit)
         found = hypotheses(scored, none, modes, fit.good, since_s, self._settings.misled)
-        courses = {s.faults: s.course for s in scored if s.course}
+        courses = {s.faults: s.course for s in sorted(scored, key=lambda s: s.score) if s.course}
         return stated(found, courses, evidence, self._size_error, _divisor(fit))
 
     def _named(self, search: Search, question: Question, window: Window) -> list[Scored]:
@@ -161,12 +161,12 @@ class FaultIsolation:
             found += [Scored(s.faults, s.score + young) for s in self._estimated(evidence, search, beside)]
         return found
 
-    def _again(self, search: Search, said: Sequence[Remembered], window: Window) -> list[Scored]:
-        """What was said before, with other sizes, and with what is old and grew at rest: growth has an end."""
-        found: list[Scored] = []
-        for faults, old in dict.fromkeys((each.faults, each.old) for each in said):
+    def _again(self, search: Search, known: FaultSet, said: Sequence[Remembered], window: Window) -> list[Scored]:
+        """What was known, or is old, with other sizes, and with what is old and grew at rest: growth has an end."""
+        found, first_s = list[Scored](), window.start_s + FIRST_ROW
+        for faults in dict.fromkeys((known, *(each.faults for each in said if each.old))):
             found += search.variations(faults)
-            first_s = window.start_s + FIRST_ROW
+            old = tuple(fault for fault in faults if fault.onset_s < first_s)
             found += search.at_rest(stopped(faults, old, self._carrier.modes, first_s, window.end_s), CHANGE_NATS)
         return found
 

@@ -6,7 +6,7 @@ hypotheses were left, each is remembered, as much less likely as it was.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -84,11 +84,6 @@ class Memory:
     def __init__(self, hypotheses: Sequence[Remembered], modes: Mapping[str, FaultMode], prior: Prior, end_s: float):
         """``end_s``: process time of the last reading [s]."""
         self._hypotheses, self._modes, self._prior, self._end_s = hypotheses, modes, prior, end_s
-
-    @property
-    def old(self) -> Iterable[FaultSet]:
-        """Fault sets of hypotheses of which something began before the readings that are looked at."""
-        return (h.faults for h in self._hypotheses if h.old)
 
     def told(self, scored: Sequence[Scored]) -> list[Scored]:
         """``scored``, of which each gains by what it keeps, and loses by what it drops, of the nearest hypothesis."""

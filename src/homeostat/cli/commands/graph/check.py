@@ -23,8 +23,7 @@ from homeostat.plants.files.folder import BASELINES
 from homeostat.plants.files.generated import refuse_altered_graph
 from homeostat.plants.files.graph import interface
 from homeostat.plants.model import find_model
-from homeostat.plants.settings.check import refuse_misfit
-from homeostat.process.model import ProcessModel
+from homeostat.plants.settings.check import refuse_misfit, refuse_misnamed
 
 
 def carry_out(options: argparse.Namespace) -> int:
@@ -51,10 +50,13 @@ def carry_out(options: argparse.Namespace) -> int:
 def _problems(where: Place, store: GraphStore) -> Iterator[str]:
     yield from map(str, lint(store))
     if where.plant is not None:
-        yield from _disagreements(where.plant, store)
+        found = [*_disagreements(where.plant, store)]
         if where.own:
             bad = tuple(map(str, mistakes(where.plant.files.folder)))
-            yield from bad or _other_than_built(where.plant)
+            found += bad or _other_than_built(where.plant)
+        yield from found
+        if not found:  # the plant's code runs once all that configures it is known to be right
+            yield from _misfits(where.plant, read_plant(store, where.plant.system))
 
 
 def _other_than_built(plant: PlantGraph) -> Iterator[str]:
@@ -73,7 +75,7 @@ def _other_than_built(plant: PlantGraph) -> Iterator[str]:
 
 
 def _disagreements(plant: PlantGraph, store: GraphStore) -> Iterator[str]:
-    """Where the graph does not have the shapes, or does not fit the plant's tables, process model and settings."""
+    """Where the graph does not have the shapes, or does not fit the plant's tables and settings."""
     for table in stale_tables(plant.files.folder, store.dump(RdfFormat.N_TRIPLES), RdfFormat.N_TRIPLES):
         remedy = f"run 'python -m homeostat.knowledge.build {plant.files.folder}'"
         yield f"[{Code.STALE_GRAPH}] {source_words(table)}: changed after the graph was built; {remedy}"
@@ -83,13 +85,16 @@ def _disagreements(plant: PlantGraph, store: GraphStore) -> Iterator[str]:
     except GraphError as error:
         yield str(error)  # what cannot be read cannot be compared
         return
+    try:
+        refuse_misnamed(plant.name, plant.settings, described)
+    except PlantError as error:
+        yield str(error)
+
+
+def _misfits(plant: PlantGraph, described: PlantDescription) -> Iterator[str]:
+    """Where the graph, settings or reference values do not fit the plant's process model."""
     model = find_model(plant.files, plant.settings.model)
     yield from map(str, inconsistencies(described, interface(model, plant.settings.twin.settings.horizon_s)))
-    yield from _misfits(plant, described, model)
-
-
-def _misfits(plant: PlantGraph, described: PlantDescription, model: ProcessModel) -> Iterator[str]:
-    """Where settings or reference values do not fit the plant."""
     try:
         refuse_misfit(plant.name, plant.settings, described, model)
         if BASELINES in plant.files.contents:
