@@ -72,8 +72,8 @@ def _package(files: PlantFiles) -> str:
     """Name of the package that the folder's code is; it is another one where the code or the folder is."""
     if _HIDES in files.own_code:
         raise PlantError(f"{files.folder.name}/{_HIDES} has the name of the folder of the true plant; rename it")
-    told = {name: content for name, content in files.contents.items() if name in files.own_code or _TRUE in name}
-    named = [str(files.folder), *(f"{path} {sha256(content)}" for path, content in sorted(told.items()))]
+    own = [path for path in files.contents if path in files.own_code or path.startswith(_TRUE)]
+    named = [str(files.folder), *(f"{path} {sha256(files.contents[path])}" for path in own)]
     name = f"_homeostat_plant_{sha256(chr(0).join(named).encode('utf-8', 'surrogateescape'))[:16]}"
     if name not in _sources:
         for path in (_PACKAGE, f"{_TRUE}{_PACKAGE}", *files.own_code):
