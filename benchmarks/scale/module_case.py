@@ -11,8 +11,9 @@ from typing import TypeVar
 from pyoxigraph import NamedNode, RdfFormat, Triple
 
 from benchmarks.scale.plant_graph import namespace
+from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.store import GraphStore, Solution
-from homeostat.plants.files.graph import read_description
+from homeostat.plants.files.graph import refuse_other_model
 from homeostat.plants.plant import Plant
 
 _T = TypeVar("_T")
@@ -66,6 +67,7 @@ class TimedStore:
 def module_case(plant: Plant, store: GraphStore, module: int) -> Plant:
     """``case``, a plant, as number ``module`` of the site in ``store``; its description is read from there."""
     own = namespace(module)
-    description = read_description(store, f"{own}system", plant.model, plant.twin.horizon_s)
+    description = read_plant(store, NamedNode(f"{own}system"))
+    refuse_other_model(description, plant.model, plant.twin.horizon_s)
     described = replace(description, generated=plant.description.generated)
     return replace(plant, graph=store, namespace=own, description=described)
