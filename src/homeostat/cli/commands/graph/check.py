@@ -55,7 +55,7 @@ def _problems(where: Place, store: GraphStore) -> Iterator[str]:
             bad = tuple(map(str, mistakes(where.plant.files.folder)))
             found += bad or _other_than_built(where.plant)
         yield from found
-        if not found:  # the plant's code runs once all that configures it is known to be right
+        if not found:  # the plant's code runs after what can be checked without it
             yield from _misfits(where.plant, read_plant(store, where.plant.system))
 
 
