@@ -155,7 +155,7 @@ def test_a_plant_loads_with_finite_numbers_or_not_at_all(folder: Path, data: st.
     try:
         graph = build(folder)
         description = read_plant(open_graph(graph), NamedNode(plant.system))
-        model = find_model(read_files(folder), plant.model)
+        model = find_model(read_files(folder), plant.model, description)
         refuse_other_model(description, model, plant.twin.settings.horizon_s)
     except GraphError as error:
         one_line(error)

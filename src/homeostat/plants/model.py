@@ -1,44 +1,63 @@
-"""The process model that a plant's settings name: of its own folder, or one that this package ships."""
+"""The process model that a plant's settings name: of its own folder, or one that this package ships.
+
+It is a class, or a flowsheet that a model is put together from.
+"""
 
 import importlib
 import inspect
+from collections.abc import Callable
+from functools import partial
 from types import ModuleType
-from typing import Any, Final
+from typing import Final, cast
 
+from homeostat.domain.plant.description import PlantDescription
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.code import import_own, modules, told
 from homeostat.plants.files.folder import INSTALLED, SETTINGS, PlantFiles
 from homeostat.plants.files.places import shipped_names
+from homeostat.process.blocks.composed import ComposedModel
+from homeostat.process.blocks.flowsheet import Flowsheet
 from homeostat.process.model import ProcessModel
 from homeostat.stl.spelling import near_matches
 
 _PACKAGE: Final = "homeostat.plants"
 
 
-def find_model(files: PlantFiles, model: str) -> ProcessModel:
-    """The process model ``model`` that the settings of a plant name, as ``module:class``.
+def find_model(files: PlantFiles, model: str, plant: PlantDescription) -> ProcessModel:
+    """The process model ``model`` that the settings of a plant name, as ``module:class`` or ``module:flowsheet``.
 
-    The module is one in the plant's folder, or that of a shipped plant by its whole name.
+    The module is one in the plant's folder, or that of a shipped plant by its whole name. A flowsheet has the faults
+    that ``plant``'s tables have.
 
-    Raises PlantError before anything is imported where there is no such module, and after it where the class is not
-    defined there, or the plant's own code cannot be run.
+    Raises PlantError before anything is imported where there is no such module, and after it where neither is defined
+    there, or the plant's own code cannot be run.
     """
     where = f"{files.folder.name}/{SETTINGS}: model {model!r}"
-    module_name, _, class_name = model.partition(":")
-    module = _module(files, module_name, where)
-    classes: list[tuple[str, Any]] = [(name, c) for name, c in vars(module).items() if inspect.isclass(c)]
-    models = {name: c for name, c in classes if c.__module__ == module.__name__ and hasattr(c, "initial_state")}
-    if class_name not in models:
-        hint = near_matches(class_name, models)
-        raise PlantError(f"{where}: the module defines no process model {class_name!r}{hint}")
+    module_name, _, name = model.partition(":")
+    makers = _makers(_module(files, module_name, where), plant)
+    if name not in makers:
+        raise PlantError(f"{where}: the module defines no process model {name!r}{near_matches(name, makers)}")
     try:
-        found: ProcessModel = models[class_name]()
+        found = makers[name]()
     except KeyboardInterrupt:
         raise
     except BaseException as broken:  # it is anybody's code
         raise PlantError(f"{where}: it cannot be made: {told(files, broken)}; mend it") from None
     _refuse_partial(found, where)
     return found
+
+
+def _makers(module: ModuleType, plant: PlantDescription) -> dict[str, Callable[[], ProcessModel]]:
+    """What makes each model that ``module`` defines: its classes, and what follows from its flowsheets."""
+    made: dict[str, Callable[[], ProcessModel]] = {}
+    for name, each in vars(module).items():
+        if inspect.isclass(each) and each.__module__ == module.__name__ and hasattr(each, "initial_state"):
+            made[name] = cast(type[ProcessModel], each)
+        elif isinstance(each, Flowsheet):
+            made[name] = partial(
+                ComposedModel, each, {p.symbol: p.value for p in plant.parameters}, {f.name for f in plant.faults}
+            )
+    return made
 
 
 def _refuse_partial(model: ProcessModel, where: str) -> None:

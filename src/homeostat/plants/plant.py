@@ -131,7 +131,7 @@ def load_plant(name: str, learned: bool = True, kept: bool = True) -> Plant:
     _check_choices(description.machine)
     if BASELINES in files.contents:
         refuse_altered(files.contents[BASELINES])
-    model = find_model(fresh, settings.model)  # its code runs after what can be checked without it
+    model = find_model(fresh, settings.model, description)  # its code runs after what can be checked without it
     refuse_other_model(description, model, settings.twin.settings.horizon_s)
     refuse_misfit(files.folder.name, settings, description, model)
     plant = _with_generated(_case(settings, fresh, graph, description, model), settings)

@@ -79,12 +79,19 @@ class CompiledKernel:
     """A :class:`~homeostat.process.batch.Kernel` of machine code, for any number of threads at once."""
 
     def __init__(
-        self, function: Callable[..., None], columns: Columns, scratch: int, parts: ModuleType | None = None
+        self,
+        function: Callable[..., None],
+        columns: Columns,
+        scratch: int,
+        parts: ModuleType | None = None,
+        source: str | None = None,
     ) -> None:
+        """``source``: what ``function`` was made of, where it was written by a program and stands in no file."""
         self.py_func = function
         """The kernel as plain Python."""
-        self._folders = tuple(Path(inspect.getfile(part)).parent for part in (function, parts) if part)
-        self._columns, self._scratch = columns, scratch
+        written = (function, parts) if source is None else ()
+        self._folders = tuple(Path(inspect.getfile(part)).parent for part in written if part)
+        self._columns, self._scratch, self._source = columns, scratch, source
 
     def __call__(
         self, first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
@@ -135,7 +142,8 @@ class CompiledKernel:
     @functools.cached_property
     def _code(self) -> Callable[..., None]:
         with _making:
-            file = cache_folder(self._folders[0]) / f"{self.py_func.__module__}.{self._version()}.o"
+            made_of = self._folders[0] if self._folders else Path(__file__).parent
+            file = cache_folder(made_of) / f"{self.py_func.__module__}.{self._version()}.o"
             kept = read(file)
             if kept is not None:
                 with contextlib.suppress(RuntimeError):  # what cannot be linked is compiled again
@@ -148,7 +156,8 @@ class CompiledKernel:
 
     def _version(self) -> str:
         """Digest of everything that the machine code follows from: sources, kernel, compiler, processor."""
-        mine = (self.py_func.__qualname__, self.py_func.__code__.co_firstlineno, *self._columns, self._scratch)
+        made = (self.py_func.__qualname__, self.py_func.__code__.co_firstlineno, self._source)
+        mine = (*made, *self._columns, self._scratch)
         options = sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_") and "CACHE" not in item[0])
         return hashlib.sha256(f"{sources(*self._folders)} {mine} {options}".encode()).hexdigest()[:16]
 

@@ -93,7 +93,7 @@ def _disagreements(plant: PlantGraph, store: GraphStore) -> Iterator[str]:
 
 def _misfits(plant: PlantGraph, described: PlantDescription) -> Iterator[str]:
     """Where the graph, settings or reference values do not fit the plant's process model."""
-    model = find_model(plant.files, plant.settings.model)
+    model = find_model(plant.files, plant.settings.model, described)
     yield from map(str, inconsistencies(described, interface(model, plant.settings.twin.settings.horizon_s)))
     try:
         refuse_misfit(plant.name, plant.settings, described, model)

@@ -1,0 +1,120 @@
+"""Do the units of a flowsheet agree with each other, and with those that the tables state?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from homeostat.process.blocks.flowsheet import Flowsheet
+from homeostat.process.blocks.parts import fault, held
+from homeostat.process.blocks.term import Leaf, Term
+from homeostat.process.blocks.units import NONE, Unit, UnitError, of_term, read
+
+
+@dataclass(frozen=True, slots=True)
+class StatedUnits:
+    """Units as the plant's tables state them: symbols such as ``J/(L K)``."""
+
+    parameters: Mapping[str, str]
+    """Of each parameter."""
+    variables: Mapping[str, str]
+    """Of each variable that a tag is bound to."""
+    faults: Mapping[str, str]
+    """Of each fault's severity."""
+
+
+def disagreements(sheet: Flowsheet, stated: StatedUnits) -> tuple[str, ...]:
+    """What does not agree, a sentence each; FlowsheetError where the flowsheet is not complete."""
+    found: list[str] = []
+    units = _leaves(sheet, stated, found)
+    for what, of, expected in _expected(sheet, stated):
+        try:
+            unit = of_term(of, units, {})
+            if not unit.agrees(_read(expected)):
+                found.append(f"{what} must be in {expected}, and what it is made of is not")
+        except UnitError as wrong:
+            found.append(f"{what}: {wrong}")
+    return tuple(dict.fromkeys(found))
+
+
+def _read(symbol: str) -> Unit:
+    """The unit ``symbol``, or that per second where it ends so."""
+    whole, per, second = symbol.rpartition(" per ")
+    return read(whole).times(read(second), -1.0) if per else read(symbol)
+
+
+def _leaves(sheet: Flowsheet, stated: StatedUnits, found: list[str]) -> dict[Term, Unit]:
+    """The unit of each leaf that has one; what cannot be read goes to ``found``."""
+    units: dict[Term, Unit] = {}
+
+    def note(leaf: Term, symbol: str) -> None:
+        try:
+            units[leaf] = read(symbol)
+        except UnitError as wrong:
+            found.append(f"{leaf.value}: {wrong}")
+
+    for name, symbol in stated.parameters.items():
+        note(Term(Leaf.PARAMETER, value=name), symbol)
+    for name, symbol in stated.faults.items():
+        note(fault(name), symbol)
+    for name, symbol in stated.variables.items():
+        note(Term(Leaf.INPUT, value=name), symbol)
+        note(held(name), symbol)
+    for s in sheet.states.values():
+        note(s.term, s.unit)
+    for name in sheet.faults:
+        units.setdefault(fault(name), _undeclared(name))
+    for a in sheet.actuators.values():
+        units[a.position] = NONE
+    for c in sheet.controllers.values():
+        units[c.output] = NONE
+        units[c.used] = units.get(held(c.measured), NONE)
+    for d in sheet.disturbances.values():
+        if (mean := Term(Leaf.PARAMETER, value=d.name)) in units:
+            units[d.now] = units[mean]
+    for kept in sheet.memories.values():
+        units[held(kept.name)] = NONE
+    for each in sheet.lags.values():
+        column = getattr(each, "columns", (each.name,))[0]
+        try:
+            units[held(column)] = of_term(each.of, units, {})
+        except UnitError as wrong:
+            found.append(f"lag {each.name}: {wrong}")
+    return units
+
+
+def _undeclared(name: str) -> Unit:
+    """Unit of a fault that no table has, and which is 0 for ever: that of a standard fault."""
+    return read("1/s") if name.endswith("_leak") else NONE
+
+
+def _expected(sheet: Flowsheet, stated: StatedUnits) -> Iterator[tuple[str, Term, str]]:
+    """What each term is, the term, and the unit that it must have."""
+    for name, rate in sheet.complete().items():
+        state = sheet.states[name]
+        yield f"the rate of {name}", rate, f"{state.unit} per s"
+        yield f"the start of {name}", state.start, state.unit
+    for a in sheet.actuators.values():
+        yield from ((f"a time constant of {a.name}", tau, "s") for tau in a.lags)
+        if a.automatic is not None:
+            yield f"the command of {a.name}", a.automatic, "1"
+    for c in sheet.controllers.values():
+        error = c.used
+        yield f"the feed-forward of {c.name}", c.forward, "1"
+        yield f"Kp_{c.name} times its error", c.gain("Kp") * error, "1"
+        yield f"Ki_{c.name} times its error", c.gain("Ki") * error, "1/s"
+        if c.setpoint is not None and (unit := stated.variables.get(c.measured)):
+            yield f"the setpoint of {c.name}", c.setpoint, unit
+    for each in sheet.lags.values():
+        if (tau := getattr(each, "tau", None)) is not None:
+            yield f"the time constant of {each.name}", tau, "s"
+    for d in sheet.disturbances.values():
+        if d.sd is not None and (unit := stated.parameters.get(d.name)):
+            yield f"the noise of {d.name}", d.sd, unit
+        if d.tau is not None:
+            yield f"the time constant of {d.name}", d.tau, "s"
+    for s in sheet.sensors.values():
+        if unit := stated.variables.get(s.name):
+            yield f"what {s.name} measures", s.of, unit
+            yield f"the calibration error of {s.name}", s.bias, "1" if s.relative else unit
+            yield f"the noise of {s.name}", s.noise, "1" if s.relative else unit

@@ -1,0 +1,79 @@
+"""Controllers in a kernel's source: their outputs before the actuators move, their integral terms after it."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from homeostat.process.blocks.layout import Layout
+from homeostat.process.blocks.parts import Actuator, Controller
+from homeostat.process.blocks.term import Term, leaves
+from homeostat.process.blocks.writing import Scope
+
+
+class Follows(Enum):
+    """What the integral term of a controller does where its output is not what acts."""
+
+    COMMAND = "command"
+    """It follows the command of the actuator, so that its output would be the same."""
+    SELECTED = "selected"
+    """The same by hand; where another output was selected it becomes the command, and its output stays beyond that by
+    its own error (external reset), so that it is selected again as soon as its error changes sign."""
+    STANDS = "stands"
+    """It stays as it is: what acts does not tell which output would have done the same."""
+
+
+def follows(c: Controller, layout: Layout) -> tuple[Follows, tuple[Actuator, ...], tuple[Controller, ...]]:
+    """What the controller's integral does, the actuators it acts on, and the controllers whose setpoint it is."""
+    sheet = layout.sheet
+    moved = tuple(a for a in sheet.actuators.values() if a.automatic is not None and c.output in leaves(a.automatic))
+    inner = tuple(i for i in sheet.controllers.values() if i.setpoint is not None and c.output in leaves(i.setpoint))
+    if len(moved) != 1 or inner or moved[0].automatic is None or not _chosen(moved[0].automatic, c.output):
+        return Follows.STANDS, moved, inner
+    return Follows.SELECTED if moved[0].automatic.op in ("min", "max") else Follows.COMMAND, moved, inner
+
+
+def _chosen(automatic: Term, output: Term) -> bool:
+    """Whether a command is that output, or one that is chosen among several."""
+    if automatic.op in ("min", "max", "where"):
+        return any(_chosen(each, output) for each in automatic.args)
+    return automatic == output
+
+
+def control(c: Controller, layout: Layout, scope: Scope) -> Scope:
+    """The output of a controller from what was measured last."""
+    at, given = layout.column, f"um[k, {layout.inputs.index(c.given)}]"
+    setpoint = given
+    if c.setpoint is not None:
+        setpoint = f"{scope.name(c.setpoint)} if math.isnan({given}) else {given}"
+    used, out, integral = (f"xm[{at[name]}]" for name in (str(c.used.value), str(c.output.value), c.integral))
+    error, forward = f"e_{c.name}", f"ff_{c.name}"
+    scope.say(f"{used} = {setpoint}", f"{error} = {float(c.acts)!r} * (xm[{at[c.measured]}] - {used})")
+    scope.say(f"{forward} = {scope.name(c.forward)}")
+    if c.derivative:
+        scope.say(f"{forward} += {scope.name(c.gain('Kd'))} * ({error} - xm[{at[c.last]}])")
+        scope.say(f"xm[{at[c.last]}] = {error}")
+    scope.say(f"{out} = pid_output({error}, {integral} + {forward}, {scope.name(c.gain('Kp'))}, 0.0, 1.0)")
+    return scope
+
+
+def conclude(c: Controller, layout: Layout, scope: Scope) -> None:
+    """Its integral term, once it is known what acted."""
+    at = layout.column
+    out, integral = f"xm[{at[str(c.output.value)]}]", f"xm[{at[c.integral]}]"
+    gain, reset = scope.name(c.gain("Kp")), scope.name(c.gain("Ki"))
+    error, forward = f"e_{c.name}", f"ff_{c.name}"
+    how, moved, inner = follows(c, layout)
+    on = f"{integral} = pid_integral({error}, {integral} + {forward}, {gain}, {reset}, 0.0, 1.0, 1.0) - {forward}"
+    if how is not Follows.STANDS:
+        command, tracked = f"xm[{at[moved[0].command]}]", ""
+        by_hand = f"not math.isnan(um[k, {layout.inputs.index(moved[0].manual)}])"
+        if how is Follows.SELECTED:
+            scope.say(f"if abs({command} - {out}) > 1e-12 and not ({by_hand}):")
+            scope.say(f"    {integral} = {command} - {forward}")
+            tracked = "el"
+        scope.say(f"{tracked}if abs({command} - {out}) > 1e-12:")
+        scope.say(f"    {integral} = pid_tracking({error}, {command} - {forward}, {gain})", "else:", f"    {on}")
+        return
+    free = [f"math.isnan(um[k, {layout.inputs.index(name)}])" for name in
+            (*(a.manual for a in moved), *(i.given for i in inner))]  # fmt: skip
+    scope.say(f"if {' and '.join(free) or 'True'}:", f"    {on}")

@@ -1,0 +1,145 @@
+"""From readings back to states: what a model must have been in to show them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final, final
+
+import numpy as np
+
+from homeostat.process.blocks.layout import Layout
+from homeostat.process.blocks.parts import Delay, Sensor
+from homeostat.process.blocks.term import Leaf, Term, evaluate, leaves
+from homeostat.process.types import Table, Vec
+
+_ROUNDS: Final = 8
+_PRIOR: Final = 1e-6
+"""Weight of where a run begins beside a reading: it decides only what no instrument shows."""
+_NUDGE: Final = 1e-5
+
+
+@final
+class Estimation:
+    """Estimates states of one layout by Gauss-Newton steps from where a run begins.
+
+    Minimises the squares of (reading - model) / noise, for the instruments that depend on a state.
+    """
+
+    def __init__(self, layout: Layout, stated: Mapping[str, float]) -> None:
+        """``stated``: best estimate of every parameter; without one of them nothing can be estimated."""
+        self._layout, sheet = layout, layout.sheet
+        self._stated = {Term(Leaf.PARAMETER, value=n): stated.get(n, np.nan) for n in layout.parameters}
+        self._states = [s.term for s in sheet.states.values()]
+        self._least = np.array([-np.inf if s.least is None else s.least for s in sheet.states.values()])
+        self._telling = [s for s in sheet.sensors.values() if leaves(s.of) & set(self._states)]
+        self._direct = {s.name: s for s in self._telling if _about_states(s)}
+        positions = {a.position: a.name for a in sheet.actuators.values()}
+        self._position_of = {s.name: positions[s.of] for s in sheet.sensors.values() if s.of in positions}
+        self.shown_actuators = frozenset(self._position_of.values())
+        """Actuators whose position an instrument shows."""
+
+    def estimate(self, readings: Mapping[str, float]) -> Vec:
+        """A state that agrees with ``readings``, shape (states,)."""
+        sheet, at = self._layout.sheet, self._layout.column
+        x = np.zeros(len(at))
+        for name, value in readings.items():
+            if name in at:
+                x[at[name]] = value
+        for a in sheet.actuators.values():
+            command = readings.get(a.command, a.start)
+            shown = next((n for n, actuator in self._position_of.items() if actuator == a.name), None)
+            stands = command if shown is None else readings.get(shown, command)
+            x[[at[column] for column in a.positions]] = min(max(stands, 0.0), 1.0)
+            x[at[a.command]] = command
+        for d in sheet.disturbances.values():
+            mean = self._stated[Term(Leaf.PARAMETER, value=d.name)]
+            x[at[str(d.now.value)]] = mean if d.measured is None else readings.get(d.measured, mean)
+        for kept in sheet.memories.values():
+            x[at[kept.name]] = kept.start
+        for c in sheet.controllers.values():
+            given = readings.get(c.given, np.nan)
+            x[at[str(c.used.value)]] = readings[c.measured] if np.isnan(given) else given
+        values = self._values(x, readings)
+        found = self._solved(np.array([evaluate(s.start, values) for s in sheet.states.values()]), values, readings)
+        x[: len(found)] = found
+        self._follow(x, values | dict(zip(self._states, found.tolist(), strict=True)))
+        return x
+
+    def fill(self, x: Vec, parameters: Vec) -> None:
+        """Let lags, dead times and instruments agree with the states and positions in ``x``, in place."""
+        named = {
+            Term(Leaf.PARAMETER, value=n): v for n, v in zip(self._layout.parameters, parameters.tolist(), strict=True)
+        }
+        self._follow(x, self._values(x, {}) | named)
+
+    def correct(self, states: Table, residuals: Mapping[str, Vec]) -> None:
+        """Move ``states``, shape (members, states), by readings beyond the model: variable -> shape (members,)."""
+        used = [self._direct[name] for name in residuals if name in self._direct]
+        if not used:
+            return
+        values = self._values(states.mean(axis=0), {})
+        jacobian = np.array([self._slope(s, values) / self._noise(s) for s in used])
+        beyond = np.stack([residuals[s.name] / self._noise(s) for s in used], axis=1)
+        n = len(self._states)
+        states[:, :n] = np.maximum(states[:, :n] + beyond @ np.linalg.pinv(jacobian).T, self._least)
+        values |= {state: states[:, i] for i, state in enumerate(self._states)}
+        for s in self._direct.values():
+            states[:, self._layout.column[s.true]] = evaluate(s.of, values)
+
+    def _solved(self, first: Vec, values: dict[Term, Any], readings: Mapping[str, float]) -> Vec:
+        """States that agree best with ``readings``, from ``first`` on."""
+        used = [s for s in self._telling if s.name in readings and np.isfinite(readings[s.name])]
+        scale, x = np.maximum(np.abs(first), 1.0), np.maximum(first, self._least)
+        for _ in range(_ROUNDS if used else 0):
+            values.update(zip(self._states, x.tolist(), strict=True))
+            rows = np.array([self._slope(s, values) / self._noise(s) for s in used])
+            off = np.array([(readings[s.name] - evaluate(s.of, values)) / self._noise(s) for s in used])
+            prior = np.diag(_PRIOR / scale)
+            step = np.linalg.lstsq(
+                np.vstack([rows, prior]), np.concatenate([off, prior @ (first - x)]), rcond=None
+            )[0]  # fmt: skip
+            x = np.maximum(x + step, self._least)
+            if np.all(np.abs(step) <= 1e-9 * scale):
+                break
+        return np.asarray(x)
+
+    def _slope(self, s: Sensor, values: dict[Term, Any]) -> Vec:
+        """By how much an instrument's truth changes with each state, shape (states,)."""
+        own, slopes = leaves(s.of), np.zeros(len(self._states))
+        for i, state in enumerate(self._states):
+            if state in own:
+                nudge = _NUDGE * max(abs(values[state]), 1.0)
+                up, down = (evaluate(s.of, values | {state: values[state] + d}) for d in (nudge, -nudge))
+                slopes[i] = (up - down) / (2.0 * nudge)
+        return slopes
+
+    def _noise(self, s: Sensor) -> float:
+        sd = float(self._stated[s.noise])
+        return max(sd, 1e-6)
+
+    def _values(self, x: Vec, readings: Mapping[str, float]) -> dict[Term, Any]:
+        """What every leaf is in the state ``x``."""
+        values: dict[Term, Any] = dict(self._stated)
+        values |= {Term(Leaf.HELD, value=n): float(x[i]) for n, i in self._layout.column.items()}
+        values |= {state: float(x[i]) for i, state in enumerate(self._states)}
+        values |= {Term(Leaf.INPUT, value=n): readings.get(n, np.nan) for n in self._layout.inputs}
+        return values | {Term(Leaf.FAULT, value=n): 0.0 for n in self._layout.sheet.faults}
+
+    def _follow(self, x: Vec, values: dict[Term, Any]) -> None:
+        """Lags and dead times as after a long time, then the truth of every instrument, in place."""
+        sheet, at = self._layout.sheet, self._layout.column
+        for each in sheet.lags.values():
+            stands = float(evaluate(each.of, values))
+            for column in each.columns if isinstance(each, Delay) else (each.name,):
+                x[at[column]] = values[Term(Leaf.HELD, value=column)] = stands
+        for s in sheet.sensors.values():
+            x[[at[s.true], at[s.ideal]]] = evaluate(s.of, values)
+            if x[at[s.name]] == 0.0:
+                x[at[s.name]] = x[at[s.true]]
+        for q in sheet.quantities.values():
+            x[at[q.name]] = evaluate(q.of, values)
+
+
+def _about_states(s: Sensor) -> bool:
+    """Whether an instrument shows states and nothing else that changes."""
+    return all(leaf.op in (Leaf.STATE, Leaf.PARAMETER) for leaf in leaves(s.of))

@@ -1,0 +1,256 @@
+"""A flowsheet: an engineer says what a plant is made of, and a process model follows from it."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Iterator
+from typing import Final, final
+
+from homeostat.process.blocks.parts import (
+    Actuator,
+    Controller,
+    Delay,
+    Disturbance,
+    Lag,
+    Memory,
+    Quantity,
+    Sensor,
+    State,
+    fault,
+    held,
+)
+from homeostat.process.blocks.term import ZERO, Leaf, Operand, Term, leaves, term
+
+_NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,40}")
+LONGEST_DELAY_S: Final = 600
+"""Longest dead time [s]: each second of it is a number that every member carries."""
+
+
+class FlowsheetError(ValueError):
+    """A flowsheet that cannot be a model; the message says what is wrong and what to do."""
+
+
+@final
+class Flowsheet:
+    """What a plant is made of; its methods add parts and give terms for equations.
+
+    Wherever a term is taken, a string is the symbol of a parameter of the tables. All flows and rates are per second.
+    """
+
+    def __init__(self, parts: int = 1) -> None:
+        """``parts``: steps of the integration (Runge-Kutta 4) in a second."""
+        if not 1 <= parts <= 100:
+            raise FlowsheetError(f"parts = {parts}: a second is integrated in 1 to 100 steps")
+        self.parts = parts
+        """Steps of the integration in a second."""
+        self.states: dict[str, State] = {}
+        self.actuators: dict[str, Actuator] = {}
+        self.controllers: dict[str, Controller] = {}
+        self.lags: dict[str, Lag | Delay] = {}
+        self.memories: dict[str, Memory] = {}
+        self.disturbances: dict[str, Disturbance] = {}
+        self.sensors: dict[str, Sensor] = {}
+        self.quantities: dict[str, Quantity] = {}
+        self.faults: dict[str, Term] = {}
+        self._rates: dict[str, Callable[[], Term]] = {}
+        self._names: set[str] = set()
+
+    def state(self, name: str, unit: str, start: Operand, least: float | None = None) -> Term:
+        """A quantity that is integrated; :meth:`rate` says how it changes.
+
+        ``start``: where a run begins; ``least``: what it cannot fall below, in ``unit``.
+        """
+        self._take(name)
+        self.states[name] = State(name, unit, term(start), least)
+        return self.states[name].term
+
+    def rate(self, state: Term, change: Term | Callable[[], Term]) -> None:
+        """``state`` changes by ``change`` per second; a function is asked when the flowsheet is complete."""
+        if state.op is not Leaf.STATE or state.value not in self.states:
+            raise FlowsheetError(f"{state!r:.100} is no state of this flowsheet; add it with state(...)")
+        if str(state.value) in self._rates:
+            raise FlowsheetError(f"the rate of {state.value} is stated twice; state it once, as a sum")
+        self._rates[str(state.value)] = change if callable(change) else lambda: change
+
+    def equations(self, change: Callable[..., object], **given: Operand) -> None:
+        """Own equations: a function of states and other terms by the names of its parameters.
+
+        Its parameters are states of this flowsheet, or names in ``given``, or else symbols of parameters. It returns
+        the rates of change of a dictionary, state -> rate per second.
+        """
+        names = inspect.signature(change).parameters
+        known = {name: s.term for name, s in self.states.items()}
+        rates = change(**{name: term(given.get(name, known.get(name, name))) for name in names})
+        if not isinstance(rates, dict) or not rates:
+            raise FlowsheetError(f"{change.__name__} returns {rates!r:.60}; return a dictionary, state -> rate")
+        for name, value in rates.items():
+            if name not in known:
+                raise FlowsheetError(f"{change.__name__} gives a rate of {name!r}, which is no state; add it first")
+            self.rate(known[name], term(value))
+
+    def actuator(
+        self, name: str, automatic: Term | None = None, lags: tuple[Operand, ...] | None = None, start: float = 0.0
+    ) -> Actuator:
+        """A valve, pump or heater with a command from 0 to 1, and its standard faults.
+
+        ``automatic``: what commands it while nobody does by hand, such as a controller's output. ``lags``: its time
+        constants [s]; the parameter ``tau_NAME`` where left out, two for second order.
+        """
+        self._take(name)
+        if not 0.0 <= start <= 1.0:
+            raise FlowsheetError(f"actuator {name}: start = {start:g} must be within 0 and 1")
+        taus = tuple(map(term, lags if lags is not None else (f"tau_{name}",)))
+        if not 1 <= len(taus) <= 2:
+            raise FlowsheetError(f"actuator {name}: {len(taus)} lags; give one or two time constants")
+        made = self.actuators[name] = Actuator(name, taus, automatic, start)
+        for each in (made.stuck_open, made.stuck_closed, made.weak):
+            self.fault(each)
+        return made
+
+    def controller(
+        self,
+        name: str,
+        measured: str,
+        acts: int,
+        forward: Operand = 0.0,
+        setpoint: Term | None = None,
+        derivative: bool = False,
+    ) -> Controller:
+        """A PI controller with gains ``Kp_NAME`` and ``Ki_NAME``, and ``Kd_NAME`` with ``derivative``.
+
+        ``measured``: variable that it holds; ``acts``: 1 where more of it needs more output, -1 where less.
+        """
+        self._take(name)
+        if acts not in (1, -1):
+            raise FlowsheetError(
+                f"controller {name}: acts = {acts!r}; 1 where a higher reading needs more output, or -1"
+            )
+        if any(c.measured == measured for c in self.controllers.values()) and setpoint is None:
+            raise FlowsheetError(f"controller {name}: {measured} has a controller already, and one setpoint")
+        made = self.controllers[name] = Controller(name, measured, acts, term(forward), setpoint, derivative)
+        return made
+
+    def loop(self, name: str, measured: str, drives: str, acts: int, forward: Operand = 0.0) -> Actuator:
+        """A controller and the actuator that it drives."""
+        return self.actuator(drives, self.controller(name, measured, acts, forward).output)
+
+    def sensor(self, name: str, of: Term, relative: bool = False, step: float = 0.0, every_s: int = 1) -> Term:
+        """A transmitter of ``of`` with calibration error ``bias_NAME`` and noise ``sd_NAME``; gives its reading.
+
+        ``relative``: both are shares of the reading; ``step``: what it rounds to; ``every_s``: an analyser's time [s].
+        """
+        self._take(name)
+        if not (isinstance(every_s, int) and 1 <= every_s <= 3600) or not 0.0 <= step < float("inf"):
+            raise FlowsheetError(f"sensor {name}: every_s = {every_s} must be 1 to 3600 s, step = {step:g} at least 0")
+        self.sensors[name] = Sensor(name, term(of), relative, step, every_s)
+        for each in self.disturbances.values():
+            if of == each.now and each.measured is None:
+                self.disturbances[each.name] = Disturbance(each.name, each.sd, each.tau, name)
+        return held(name)
+
+    def disturbance(self, name: str, sd: Operand | None = None, tau: Operand | None = None) -> Term:
+        """What comes from outside, such as a feed temperature: the parameter ``name``, and coloured noise around it.
+
+        ``sd``: standard deviation of the unfiltered noise; ``tau``: time constant of its filter [s].
+        """
+        self._take(f"{name}_now")
+        noise = None if sd is None else term(sd)
+        self.disturbances[name] = Disturbance(name, noise, None if tau is None else term(tau), None)
+        return self.disturbances[name].now
+
+    def lag(self, name: str, of: Term, tau: Operand) -> Term:
+        """A quantity that follows ``of`` with the time constant ``tau`` [s]."""
+        self._take(name)
+        self.lags[name] = Lag(name, of, term(tau))
+        return held(name)
+
+    def delay(self, name: str, of: Term, seconds: int) -> Term:
+        """``of`` as it was ``seconds`` ago."""
+        self._take(name)
+        if not (isinstance(seconds, int) and 1 <= seconds <= LONGEST_DELAY_S):
+            raise FlowsheetError(f"delay {name}: {seconds!r} s must be a whole number within 1 and {LONGEST_DELAY_S}")
+        made = self.lags[name] = Delay(name, of, seconds)
+        return held(made.columns[0])
+
+    def memory(self, name: str, update: Callable[[Term], Term], start: float = 0.0) -> Term:
+        """A number that is kept; each second it becomes ``update`` of what it was.
+
+        A latch: ``memory("tripped", lambda was: where(level > "L_trip", 1.0, was))``.
+        """
+        self._take(name)
+        self.memories[name] = Memory(name, start, update(held(name)))
+        return held(name)
+
+    def quantity(self, name: str, of: Term) -> Term:
+        """Something of the true plant that results and totals may name though no instrument shows it."""
+        self._take(name)
+        self.quantities[name] = Quantity(name, of)
+        return of
+
+    def total(self, name: str, unit: str, flow: Term) -> Term:
+        """What ``flow`` [``unit`` per second] has added up to since the start."""
+        made = self.state(name, unit, 0.0)
+        self.rate(made, flow)
+        return made
+
+    def fault(self, name: str) -> Term:
+        """Severity of a fault of the tables from its onset on, 0 before; it is 0 for ever where no table has it."""
+        self._take(name)
+        self.faults[name] = fault(name)
+        return self.faults[name]
+
+    def complete(self) -> dict[str, Term]:
+        """State -> its rate of change per second; FlowsheetError where something is missing or comes from nowhere."""
+        if not self.states or not self.sensors:
+            raise FlowsheetError("a flowsheet needs a state and a sensor at least; add them")
+        if lacking := [name for name in self.states if name not in self._rates]:
+            raise FlowsheetError(f"state {lacking[0]} has no rate; say how it changes with rate(...) or a balance")
+        rates = {name: self._rates[name]() for name in self.states}
+        for each in self.controllers.values():
+            if each.measured not in self.sensors:
+                raise FlowsheetError(f"controller {each.name} reads {each.measured!r}, which no sensor shows")
+        made = {*self.columns(), *self.sensors}
+        for what, of in self._terms(rates):
+            for leaf in leaves(of):
+                if leaf.op in (Leaf.STATE, Leaf.HELD) and leaf.value not in made:
+                    raise FlowsheetError(f"{what} uses {leaf.value!r}, which is not of this flowsheet")
+                if leaf.op is Leaf.STATE and what.startswith(("controller", "actuator")):
+                    raise FlowsheetError(f"{what} uses the true {leaf.value!r}; it can only know what a sensor shows")
+        return rates
+
+    def columns(self) -> Iterator[str]:
+        """Columns of the states, but for those of sensors and quantities."""
+        yield from self.states
+        for a in self.actuators.values():
+            yield from (*a.positions, a.command, f"{a.name}_rate", f"{a.name}_travel")
+        for c in self.controllers.values():
+            yield from (str(c.output.value), str(c.used.value), c.integral)
+            if c.derivative:
+                yield c.last
+        yield from self.memories
+        for each in self.lags.values():
+            yield from each.columns if isinstance(each, Delay) else (each.name,)
+        for d in self.disturbances.values():
+            yield from (str(d.now.value), d.coloured)
+
+    def _terms(self, rates: dict[str, Term]) -> Iterator[tuple[str, Term]]:
+        """Every term of the flowsheet, and what it is of."""
+        yield from ((f"the rate of {name}", of) for name, of in rates.items())
+        yield from ((f"the start of {s.name}", s.start) for s in self.states.values())
+        for c in self.controllers.values():
+            yield from ((f"controller {c.name}", of) for of in (c.forward, ZERO if c.setpoint is None else c.setpoint))
+        for a in self.actuators.values():
+            yield from ((f"actuator {a.name}", of) for of in (*a.lags, ZERO if a.automatic is None else a.automatic))
+        yield from ((f"controller {m.name}", m.update) for m in self.memories.values())
+        yield from ((f"sensor {s.name}", s.of) for s in self.sensors.values())
+        yield from ((f"quantity {q.name}", q.of) for q in self.quantities.values())
+        yield from ((f"lag {each.name}", each.of) for each in self.lags.values())
+
+    def _take(self, name: str) -> None:
+        """Refuse a name that is no name, or that something has."""
+        if not _NAME.fullmatch(name):
+            raise FlowsheetError(f"{name!r:.60} is no name; write letters, digits and _, beginning with a letter")
+        if name in self._names:
+            raise FlowsheetError(f"{name!r} is there twice; give each part a name of its own")
+        self._names.add(name)

@@ -1,0 +1,246 @@
+"""What a flowsheet is made of: frozen records, and the names of the columns that each of them has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from homeostat.process.blocks.term import Leaf, Term
+
+
+def held(name: str) -> Term:
+    """The column ``name`` as it stands for a second."""
+    return Term(Leaf.HELD, value=name)
+
+
+def fault(name: str) -> Term:
+    """Severity of the fault ``name`` from its onset on, 0 before."""
+    return Term(Leaf.FAULT, value=name)
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """What a balance is integrated of."""
+
+    name: str
+    unit: str
+    start: Term
+    """Where it stands at the start of a run, over parameters."""
+    least: float | None
+    """What it cannot fall below, in its unit."""
+
+    @property
+    def term(self) -> Term:
+        """It, in an equation."""
+        return Term(Leaf.STATE, value=self.name)
+
+
+@dataclass(frozen=True, slots=True)
+class Actuator:
+    """A valve, a pump or a heater: it follows a command from 0 to 1 with first-order lags.
+
+    du/dt = (command - u) / tau for each lag, exact for a command that is held for a second.
+    """
+
+    name: str
+    lags: tuple[Term, ...]
+    """Time constants [s]: one for first order, two for second order."""
+    automatic: Term | None
+    """What commands it where nobody does by hand; None where it is commanded from outside only."""
+    start: float
+    """Opening [1] at the start of a run."""
+
+    @property
+    def position(self) -> Term:
+        """Where it is [1]."""
+        return held(f"{self.name}_pos")
+
+    @property
+    def opening(self) -> Term:
+        """What it passes [1]: its position, less what it has lost of its capacity."""
+        return self.position * (1.0 - fault(self.weak))
+
+    @property
+    def command(self) -> str:
+        """Name of the command that reaches it."""
+        return f"{self.name}_cmd"
+
+    @property
+    def manual(self) -> str:
+        """Name of the input that commands it: by hand where it has an automatic."""
+        return f"{self.name}_man" if self.automatic is not None else self.command
+
+    @property
+    def weak(self) -> str:
+        """Fault: it has lost the share ``severity`` of its capacity."""
+        return f"{self.name}_weak"
+
+    @property
+    def stuck_open(self) -> str:
+        """Fault: it stays at ``severity`` of its travel."""
+        return f"{self.name}_stuck_open"
+
+    @property
+    def stuck_closed(self) -> str:
+        """Fault: it stays at 1 - ``severity`` of its travel."""
+        return f"{self.name}_stuck_closed"
+
+    @property
+    def positions(self) -> tuple[str, ...]:
+        """Columns of its lags; the last one is its position."""
+        return (*(f"{self.name}_lag{k}" for k in range(1, len(self.lags))), f"{self.name}_pos")
+
+
+@dataclass(frozen=True, slots=True)
+class Controller:
+    """A PI or PID controller: output = forward + Kp e + I + Kd de/dt, within 0 and 1; e = acts (reading - setpoint).
+
+    dI/dt = Ki e unless the output is at a limit and the error drives it further out. Behind an output that something
+    else decides (by hand, another controller that was selected) I follows, so that it is taken over without a bump.
+    """
+
+    name: str
+    measured: str
+    """Variable that it reads."""
+    acts: int
+    """1 where its output rises with the reading, -1 where it falls."""
+    forward: Term
+    """Feed-forward [1], over readings, inputs and parameters."""
+    setpoint: Term | None
+    """Where the setpoint comes from where nobody gives one (a ratio, another controller); None: from outside only."""
+    derivative: bool
+
+    @property
+    def given(self) -> str:
+        """Input: the setpoint from outside."""
+        return f"{self.measured}_sp"
+
+    @property
+    def output(self) -> Term:
+        """What it puts out [1]."""
+        return held(f"{self.name}_out")
+
+    @property
+    def used(self) -> Term:
+        """The setpoint that it follows, in the unit of what it reads."""
+        return held(f"{self.name}_sp")
+
+    @property
+    def integral(self) -> str:
+        """Column of its integral term [1]."""
+        return f"{self.name}_integral"
+
+    @property
+    def last(self) -> str:
+        """Column of the error before, where it has a derivative."""
+        return f"{self.name}_last"
+
+    def gain(self, kind: str) -> Term:
+        """Its proportional (``Kp``), integral (``Ki``) or derivative (``Kd``) gain, a parameter."""
+        return Term(Leaf.PARAMETER, value=f"{kind}_{self.name}")
+
+
+@dataclass(frozen=True, slots=True)
+class Lag:
+    """A quantity that follows another one: dy/dt = (of - y) / tau, exact for what is held for a second."""
+
+    name: str
+    of: Term
+    tau: Term
+    """Time constant [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Delay:
+    """A quantity as it was some seconds ago, as behind a long pipe."""
+
+    name: str
+    of: Term
+    seconds: int
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Where it is remembered; the first is the oldest."""
+        return tuple(f"{self.name}_{k}" for k in range(self.seconds))
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """A number that a rule gives anew each second, before controllers act: a latch, a switch with hysteresis."""
+
+    name: str
+    start: float
+    update: Term
+    """What it becomes, over what was measured last, what is commanded, and itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Disturbance:
+    """What comes from outside: a parameter and, where stated, coloured noise around it."""
+
+    name: str
+    """Symbol of the parameter that is its mean."""
+    sd: Term | None
+    """Standard deviation of the unfiltered noise, in its unit."""
+    tau: Term | None
+    """Time constant of its filter [s]."""
+    measured: str | None
+    """Variable whose reading says what it is."""
+
+    @property
+    def now(self) -> Term:
+        """What it is this second."""
+        return held(f"{self.name}_now")
+
+    @property
+    def coloured(self) -> str:
+        """Column of its noise, in standard deviations."""
+        return f"{self.name}_noise"
+
+    @property
+    def reading(self) -> str:
+        """Input: what its instrument said, for a model that follows a record."""
+        return f"{self.name}_in"
+
+
+@dataclass(frozen=True, slots=True)
+class Sensor:
+    """A transmitter: reading = truth + bias + noise, or in shares of the truth."""
+
+    name: str
+    """Variable that it shows."""
+    of: Term
+    """What it measures."""
+    relative: bool
+    """Whether bias and noise are shares of the reading [1]."""
+    step: float
+    """Smallest difference that it shows, in its unit; 0 for none."""
+    every_s: int
+    """Seconds between two readings: an analyser has its time."""
+
+    @property
+    def bias(self) -> Term:
+        """Calibration error, a parameter."""
+        return Term(Leaf.PARAMETER, value=f"bias_{self.name}")
+
+    @property
+    def noise(self) -> Term:
+        """Standard deviation of its noise, a parameter."""
+        return Term(Leaf.PARAMETER, value=f"sd_{self.name}")
+
+    @property
+    def true(self) -> str:
+        """Column of what is the case."""
+        return f"{self.name}_true"
+
+    @property
+    def ideal(self) -> str:
+        """Column of what it would show without noise."""
+        return f"{self.name}_ideal"
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """Something of the true plant that no instrument shows."""
+
+    name: str
+    of: Term

@@ -1,0 +1,95 @@
+"""Controllers that go on from a record: their integral terms follow from the commands that they gave."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from homeostat.process.blocks.control import follows
+from homeostat.process.blocks.layout import Layout
+from homeostat.process.blocks.parts import Controller
+from homeostat.process.blocks.term import Leaf, Term, evaluate
+from homeostat.process.equipment import pid_integral
+from homeostat.process.types import Table, Vec
+
+
+def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec], parameters: Vec) -> None:
+    """Let every controller go on without a bump, in place: its integral term stands behind the last command.
+
+    ``states``: shape (members, states); ``readings``: variable -> shape (n,), n >= 2, where a command in row k was
+    worked out from row k - 1; ``parameters``: shape (parameters,).
+    """
+    values = {Term(Leaf.PARAMETER, value=n): float(v) for n, v in zip(layout.parameters, parameters, strict=True)}
+    values |= {Term(Leaf.FAULT, value=n): 0.0 for n in layout.sheet.faults}
+    recorded = {Term(Leaf.HELD, value=n): v[:-1] for n, v in readings.items() if n in layout.column}
+    recorded |= {Term(Leaf.INPUT, value=n): v[:-1] for n, v in readings.items() if n in layout.inputs}
+    for name, i in layout.column.items():
+        recorded.setdefault(Term(Leaf.HELD, value=name), states[:, i].mean())
+    for c in layout.sheet.controllers.values():
+        known = {**values, **recorded}
+        setpoint = np.array(readings.get(c.given, np.full(len(readings[c.measured]), np.nan))[:-1], dtype=np.float64)
+        if c.setpoint is not None:
+            setpoint = np.where(np.isnan(setpoint), evaluate(c.setpoint, known), setpoint)
+        error = c.acts * (readings[c.measured][:-1] - setpoint)
+        forward = np.broadcast_to(np.asarray(evaluate(c.forward, known), dtype=np.float64), error.shape)
+        given = _output(c, layout, readings, known, len(error))
+        at = layout.column
+        states[:, at[str(c.used.value)]] = setpoint[-1]
+        if c.derivative:
+            states[:, at[c.last]] = error[-1]
+        if given is None:
+            continue
+        states[:, at[str(c.output.value)]] = given[0][-1]
+        tuning = values[c.gain("Kp")], values[c.gain("Ki")]
+        states[:, at[c.integral]] = _integral(error, forward, *given, tuning)
+
+
+def _output(
+    c: Controller, layout: Layout, readings: Mapping[str, Vec], known: dict[Term, object], rows: int
+) -> tuple[Vec, NDArray[np.bool_]] | None:
+    """What the controller's output was by the record, and in which rows it was given by hand; None if nothing tells."""
+    _, moved, inner = follows(c, layout)
+    for a in moved:
+        if a.command not in readings:
+            continue
+        by_hand = ~np.isnan(readings[a.manual][1:]) if a.manual in readings else np.zeros(rows, dtype=np.bool_)
+        assert a.automatic is not None
+        return _inverse(a.automatic, c.output, readings[a.command][1:], known), by_hand
+    for i in inner:
+        assert i.setpoint is not None
+        used = readings.get(i.given)
+        reading = readings[i.measured][1:]
+        target = reading if used is None else np.where(np.isnan(used[1:]), reading, used[1:])
+        return _inverse(i.setpoint, c.output, target, known), np.zeros(rows, dtype=np.bool_)
+    return None
+
+
+def _inverse(of: Term, output: Term, wanted: Vec, known: dict[Term, object]) -> Vec:
+    """Output from 0 to 1 at which the monotone term ``of`` it is ``wanted``, by bisection, shape of ``wanted``."""
+    low, high = np.zeros_like(wanted), np.ones_like(wanted)
+    rises = np.mean(evaluate(of, {**known, output: high}) - evaluate(of, {**known, output: low})) >= 0.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        below = evaluate(of, {**known, output: middle}) < wanted
+        up = below if rises else ~below
+        low, high = np.where(up, middle, low), np.where(up, high, middle)
+    return np.asarray(0.5 * (low + high))
+
+
+def _integral(error: Vec, forward: Vec, output: Vec, by_hand: NDArray[np.bool_], tuning: tuple[float, float]) -> float:
+    """The integral term after the last row, followed from the last row in which the output tells it.
+
+    It does where the output is inside its limits, or by hand.
+    """
+    gain, reset = tuning
+    told = np.flatnonzero(((output > 1e-9) & (output < 1.0 - 1e-9)) | by_hand)
+    first = int(told[-1]) if told.size else 0
+    integral = float(output[first] - forward[first] - gain * error[first])
+    if by_hand[-1]:
+        return integral
+    rest = slice(first + int(by_hand[first]), None)
+    for e, f in zip(error[rest].tolist(), forward[rest].tolist(), strict=True):
+        integral = pid_integral(e, integral + f, gain, reset, 0.0, 1.0, 1.0) - f
+    return min(max(integral, -1.0), 1.0)

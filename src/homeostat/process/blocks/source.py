@@ -1,0 +1,199 @@
+"""The kernel of a flowsheet as source code: one second of one member, straight on, as an engineer would write it.
+
+Each second: controllers read what was measured last; actuators follow their commands; what comes from outside, lags and
+dead times; the balances with Runge-Kutta 4, positions held; instruments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final, final
+
+from homeostat.process.blocks.control import conclude, control
+from homeostat.process.blocks.layout import Layout
+from homeostat.process.blocks.parts import Actuator, Delay, Disturbance, Lag, Sensor
+from homeostat.process.blocks.term import Leaf, Term
+from homeostat.process.blocks.writing import MEMBER, SECOND, Scope, function
+
+_HEAD: Final = (
+    "def advance(first, last, x, p, sev, onset, u, u_of, t0, begin, steps, stride, seeds, process, sensor, picks, out,",
+    "            broken_at, work):",
+    "    for m in range(first, last):",
+    "        xm, pm, sm, om, um = x[m], p[m], sev[m], onset[m], u[u_of[m]]",
+    "        seed, loud, noisy, row = seeds[m], process[m], sensor[m], begin[m] // stride",
+)
+_MOST: Final = "1e12"
+"""A state beyond this is no state of a plant."""
+
+
+def kernel_source(layout: Layout) -> str:
+    """Source of ``advance`` and the functions that it calls; see :class:`homeostat.process.batch.Kernel`."""
+    return _Source(layout).text()
+
+
+@final
+class _Source:
+    """Writes the source of one layout."""
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout, self._sheet, self._at = layout, layout.sheet, layout.column
+        self._states = tuple(s.term for s in layout.sheet.states.values())
+        parameters = {Term(Leaf.PARAMETER, value=n): f"p{i}" for i, n in enumerate(layout.parameters)}
+        held = {Term(Leaf.HELD, value=n): f"xm[{i}]" for i, n in enumerate(layout.states)}
+        inputs = {Term(Leaf.INPUT, value=n): f"um[k, {i}]" for i, n in enumerate(layout.inputs)}
+        faults = {Term(Leaf.FAULT, value=n): "0.0" for n in layout.sheet.faults}
+        faults |= {Term(Leaf.FAULT, value=n): f"f{i}" for i, n in enumerate(layout.faults)}
+        self._member = Scope(parameters, MEMBER, "w")
+        states = {state: f"xm[{i}]" for i, state in enumerate(self._states)}
+        self._second = Scope(held | inputs | faults | states, SECOND, "s", self._member)
+
+    def text(self) -> str:
+        """The whole source."""
+        slopes, needs = function("slopes", self._states, list(self._layout.rates.values()))
+        shown = [*(s.of for s in self._sheet.sensors.values()), *(q.of for q in self._sheet.quantities.values())]
+        measures, wants = function("measures", self._states, shown)
+        body = self._whole_second(needs, wants)
+        physical = " and ".join(f"-{_MOST} < xm[{i}] < {_MOST}" for i in range(len(self._states)))
+        lines = [
+            *slopes, "", *measures, "", *_HEAD,
+            f"        if not ({physical}):",
+            "            broken_at[m] = t0 + begin[m]",
+            "            continue",
+            *(f"        p{i} = pm[{i}]" for i in range(len(self._layout.parameters))),
+            *(f"        {line}" for line in self._member.lines),
+            "        for k in range(begin[m], steps):",
+            "            t = t0 + k",
+            *(f"            {line}" for line in body),
+            f"            if not ({physical}):",
+            "                broken_at[m] = t + 1.0",
+            "                break",
+            "            if k % stride == stride - 1:",
+            "                for j in range(picks.shape[0]):",
+            "                    out[m, row, j] = xm[picks[j]]",
+            "                row += 1",
+        ]  # fmt: skip
+        return "\n".join(lines) + "\n"
+
+    def _whole_second(self, needs: Sequence[Term], wants: Sequence[Term]) -> list[str]:
+        scope = self._second
+        scope.say(*(f"f{i} = sm[{i}] if t >= om[{i}] else 0.0" for i in range(len(self._layout.faults))))
+        for m in self._sheet.memories.values():
+            scope.say(f"xm[{self._at[m.name]}] = {scope.name(m.update)}")
+            scope = scope.forget()
+        for c in self._sheet.controllers.values():
+            scope = control(c, self._layout, scope).forget()
+        for a in self._sheet.actuators.values():
+            scope = self._act(a, scope).forget()
+        for c in self._sheet.controllers.values():
+            conclude(c, self._layout, scope)
+        scope = scope.forget()
+        for channel, d in enumerate(self._sheet.disturbances.values(), start=len(self._sheet.sensors)):
+            self._disturb(d, channel, scope)
+        scope = scope.forget()
+        for each in self._sheet.lags.values():
+            self._follow(each, scope)
+        scope = scope.forget()
+        self._integrate([scope.name(each) for each in needs], scope)
+        given = [*(f"y{i}" for i in range(len(self._states))), *(scope.name(each) for each in wants)]
+        named = [f"q{i}" for i in range(len(self._sheet.sensors) + len(self._sheet.quantities))]
+        scope.say(f"{', '.join(named)}, = measures({', '.join(given)})", "second = math.floor(t + 1.5)")
+        for i, s in enumerate(self._sheet.sensors.values()):
+            scope.say(*self._show(s, i))
+        for i, name in enumerate(self._sheet.quantities, start=len(self._sheet.sensors)):
+            scope.say(f"xm[{self._at[name]}] = q{i}")
+        return scope.lines
+
+    def _act(self, a: Actuator, scope: Scope) -> Scope:
+        """The command that reaches an actuator, and where it stands after a second."""
+        at, command = self._at, f"xm[{self._at[a.command]}]"
+        scope.say(f"by_hand = um[k, {self._layout.inputs.index(a.manual)}]")
+        automatic = command if a.automatic is None else scope.name(a.automatic)
+        scope.say(f"{command} = clip({automatic} if math.isnan(by_hand) else by_hand, 0.0, 1.0)", f"go = {command}")
+        for name, where in ((a.stuck_open, "{}"), (a.stuck_closed, "1.0 - {}")):
+            if name in self._layout.faults:
+                active = f"f{self._layout.faults.index(name)}"
+                scope.say(f"if {active} > 0.0:", f"    go = {where.format(active)}")
+        scope.say(f"before = xm[{at[a.positions[-1]]}]")
+        for column, tau in zip(a.positions, a.lags, strict=True):
+            scope.say(
+                f"xm[{at[column]}] = approach(xm[{at[column]}], go, {self._share(tau)})", f"go = xm[{at[column]}]"
+            )
+        scope.say(f"xm[{at[f'{a.name}_rate']}] = abs(go - before)", f"xm[{at[f'{a.name}_travel']}] += abs(go - before)")
+        return scope
+
+    def _share(self, tau: Term) -> str:
+        """Share of its way that a lag goes in a second: a number of the member."""
+        asked = Term("share", (tau,))
+        if asked not in self._member._known:
+            self._member.keep(asked, f"lag_share({self._member.name(tau)}, 1.0)")
+        return self._member.name(asked)
+
+    def _disturb(self, d: Disturbance, channel: int, scope: Scope) -> None:
+        mean = self._member.name(Term(Leaf.PARAMETER, value=d.name))
+        now, noise = f"xm[{self._at[str(d.now.value)]}]", f"xm[{self._at[d.coloured]}]"
+        sd = None if d.sd is None else scope.name(d.sd)
+        if sd is None:
+            scope.say(f"{now} = {mean}")
+        else:
+            share = "1.0" if d.tau is None else self._share(d.tau)
+            drawn = f"{noise} += {share} * (loud * normal(seed, math.floor(t + 0.5), {channel}) - {noise})"
+            scope.say("if loud > 0.0:", f"    {drawn}", f"{now} = {mean} + {sd} * {noise}")
+        if d.measured is not None:
+            sensor = self._sheet.sensors[d.measured]
+            bias = self._member.name(sensor.bias)
+            read = f"um[k, {self._layout.inputs.index(d.reading)}]"
+            true = f"{read} / (1.0 + {bias})" if sensor.relative else f"{read} - {bias}"
+            scope.say(f"if not math.isnan({read}):", f"    {now} = {true}")
+            if sd is not None:
+                scope.say(f"    if {sd} > 0.0:", f"        {noise} = ({now} - {mean}) / {sd}")
+
+    def _follow(self, each: Lag | Delay, scope: Scope) -> None:
+        """A lag, or a dead time, by a second."""
+        value = scope.name(each.of)
+        if isinstance(each, Lag):
+            own = f"xm[{self._at[each.name]}]"
+            scope.say(f"{own} += {self._share(each.tau)} * ({value} - {own})")
+            return
+        first, last = self._at[each.columns[0]], self._at[each.columns[-1]]
+        scope.say(f"for j in range({first}, {last}):", "    xm[j] = xm[j + 1]", f"xm[{last}] = {value}")
+
+    def _integrate(self, given: Sequence[str], scope: Scope) -> None:
+        """Runge-Kutta 4 over a second with everything held that is no state."""
+        n, parts = len(self._states), self._sheet.parts
+        ys = [f"y{i}" for i in range(n)]
+        scope.say(*(f"{y} = xm[{i}]" for i, y in enumerate(ys)))
+        inner = list(_runge_kutta(ys, given))
+        if parts == 1:
+            scope.say("h = 1.0", *inner)
+        else:
+            scope.say(f"h = {1.0 / parts!r}", f"for _ in range({parts}):", *(f"    {line}" for line in inner))
+        for i, state in enumerate(self._sheet.states.values()):
+            if state.least is not None:
+                scope.say(f"y{i} = max(y{i}, {state.least!r})")
+        scope.say(*(f"xm[{i}] = {y}" for i, y in enumerate(ys)))
+
+    def _show(self, s: Sensor, channel: int) -> Iterator[str]:
+        """What a transmitter shows of ``q`` at the end of the second."""
+        bias, sd = self._member.name(s.bias), self._member.name(s.noise)
+        true, ideal, shown = (f"xm[{self._at[name]}]" for name in (s.true, s.ideal, s.name))
+        noise = f"noisy * {sd} * normal(seed, second, {channel})"
+        yield f"{true} = q{channel}"
+        yield f"{ideal} = {true} * (1.0 + {bias})" if s.relative else f"{ideal} = {true} + {bias}"
+        within = "" if s.every_s == 1 else "    "
+        if within:
+            yield f"if second % {s.every_s} == 0:"
+        yield f"{within}{shown} = {ideal}"
+        yield f"{within}if noisy > 0.0:"
+        yield f"{within}    {shown} *= 1.0 + {noise}" if s.relative else f"{within}    {shown} += {noise}"
+        if s.step > 0.0:
+            yield f"{within}{shown} = {s.step!r} * math.floor({shown} / {s.step!r} + 0.5)"
+
+
+def _runge_kutta(ys: Sequence[str], given: Sequence[str]) -> Iterator[str]:
+    held = ", ".join(given)
+    for k, (before, share) in {"a": ("", ""), "b": ("a", "0.5 * h"), "c": ("b", "0.5 * h"), "d": ("c", "h")}.items():
+        at = [y if not before else f"{y} + {share} * {before}{i}" for i, y in enumerate(ys)]
+        made = ", ".join(f"{k}{i}" for i in range(len(ys)))
+        yield f"{made}, = slopes({', '.join(at)}{', ' + held if held else ''})"
+    for i, y in enumerate(ys):
+        yield f"{y} += h / 6.0 * (a{i} + 2.0 * b{i} + 2.0 * c{i} + d{i})"

@@ -1,0 +1,222 @@
+"""Terms: what an engineer's equations are made of. Python's arithmetic on them makes a term, not a number.
+
+A term is a tree whose leaves are columns of a process model: its states, parameters, inputs and faults. It is printed
+as source code of a kernel, evaluated with arrays, and its unit follows from those of its leaves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from enum import Enum
+from typing import Any, Final, TypeAlias, final
+
+import numpy as np
+
+
+class Leaf(Enum):
+    """What a leaf stands for."""
+
+    STATE = "state"
+    """What a balance is integrated of."""
+    HELD = "held"
+    """A column of the states that stays as it is for a second: a position, an output, a reading."""
+    PARAMETER = "parameter"
+    """A constant that the plant's tables state."""
+    INPUT = "input"
+    """What is commanded from outside."""
+    FAULT = "fault"
+    """Severity of a fault that has begun, else 0."""
+
+
+@final
+class Term:
+    """A leaf, a number, or an operation on terms. Equal where it is the same tree; it never changes."""
+
+    __slots__ = ("_hash", "args", "op", "value")
+
+    def __init__(self, op: Leaf | str, args: tuple[Term, ...] = (), value: str | float = "") -> None:
+        self.op = op
+        """A kind of leaf, ``number``, or the name of an operation."""
+        self.args = args
+        """What the operation is done to."""
+        self.value = value
+        """Name of a leaf, or a number."""
+        self._hash = hash((op, args, value))
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __eq__(self, other: object) -> bool:
+        if self is other:
+            return True
+        if not isinstance(other, Term) or self._hash != other._hash:
+            return False
+        return self.op == other.op and self.value == other.value and self.args == other.args
+
+    def __bool__(self) -> bool:
+        raise TypeError("equations are written down before there are numbers: write where(condition, then, otherwise)")
+
+    def __repr__(self) -> str:
+        inner = ", ".join(map(repr, self.args)) if self.args else str(self.value)
+        return f"{self.op.value if isinstance(self.op, Leaf) else self.op}({inner})"
+
+    def __add__(self, other: Operand) -> Term:
+        return _folded("add", self, term(other))
+
+    def __radd__(self, other: Operand) -> Term:
+        return _folded("add", term(other), self)
+
+    def __sub__(self, other: Operand) -> Term:
+        return _folded("sub", self, term(other))
+
+    def __rsub__(self, other: Operand) -> Term:
+        return _folded("sub", term(other), self)
+
+    def __mul__(self, other: Operand) -> Term:
+        return _folded("mul", self, term(other))
+
+    def __rmul__(self, other: Operand) -> Term:
+        return _folded("mul", term(other), self)
+
+    def __truediv__(self, other: Operand) -> Term:
+        return _folded("div", self, term(other))
+
+    def __rtruediv__(self, other: Operand) -> Term:
+        return _folded("div", term(other), self)
+
+    def __pow__(self, other: float) -> Term:
+        return _folded("pow", self, term(other))
+
+    def __neg__(self) -> Term:
+        return _folded("sub", ZERO, self)
+
+    def __abs__(self) -> Term:
+        return Term("abs", (self,))
+
+    def __lt__(self, other: Operand) -> Term:
+        return Term("lt", (self, term(other)))
+
+    def __le__(self, other: Operand) -> Term:
+        return Term("le", (self, term(other)))
+
+    def __gt__(self, other: Operand) -> Term:
+        return Term("lt", (term(other), self))
+
+    def __ge__(self, other: Operand) -> Term:
+        return Term("le", (term(other), self))
+
+
+Operand: TypeAlias = "Term | float | str"
+"""A term; a number; or a string, which is the symbol of a parameter."""
+Values: TypeAlias = Mapping[Term, Any]
+"""Leaf -> a number, or an array of them."""
+
+
+def term(value: Operand) -> Term:
+    """``value`` as a term; TypeError where it is none of those that can be one, ValueError where it is not finite."""
+    if isinstance(value, Term):
+        return value
+    if isinstance(value, str):
+        return Term(Leaf.PARAMETER, value=value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(f"{value!r:.100} is no term; give a term, a number, or the symbol of a parameter")
+    if not math.isfinite(value):
+        raise ValueError(f"{value!r} is no number that an equation can have; it must be finite")
+    return Term("number", value=float(value))
+
+
+def number(value: float, unit: str) -> Term:
+    """A number with a unit, as ``number(9.81, "m/s2")``; one without takes the unit of its partner."""
+    return Term("unit", (term(float(value)),), unit)
+
+
+ZERO: Final = Term("number", value=0.0)
+ONE: Final = Term("number", value=1.0)
+
+
+def _folded(op: str, a: Term, b: Term) -> Term:
+    """The operation, without what does nothing: a sum of one, a product with 1 or 0."""
+    if op == "add" and a == ZERO:
+        return b
+    if op in ("add", "sub") and b == ZERO:
+        return a
+    if (op == "mul" and ZERO in (a, b)) or (op == "div" and a == ZERO):
+        return ZERO
+    if op == "mul" and a == ONE:
+        return b
+    if op in ("mul", "div", "pow") and b == ONE:
+        return a
+    return Term(op, (a, b))
+
+
+def exp(of: Operand) -> Term:
+    """e to the power of ``of`` [1]."""
+    return Term("exp", (term(of),))
+
+
+def log(of: Operand) -> Term:
+    """Natural logarithm of ``of`` [1]."""
+    return Term("log", (term(of),))
+
+
+def sqrt(of: Operand) -> Term:
+    """Square root; 0 of what is negative, as the flow of a head that is none."""
+    return Term("sqrt", (term(of),))
+
+
+def minimum(a: Operand, b: Operand) -> Term:
+    """The smaller one."""
+    return Term("min", (term(a), term(b)))
+
+
+def maximum(a: Operand, b: Operand) -> Term:
+    """The larger one."""
+    return Term("max", (term(a), term(b)))
+
+
+def limited(value: Operand, low: Operand, high: Operand) -> Term:
+    """``value`` within ``low`` and ``high``."""
+    return minimum(maximum(value, low), high)
+
+
+def where(condition: Term, then: Operand, otherwise: Operand) -> Term:
+    """``then`` where the comparison ``condition`` holds, else ``otherwise``; both are worked out."""
+    if not isinstance(condition, Term) or condition.op not in ("lt", "le"):
+        raise TypeError(f"{condition!r:.100} is no comparison; write one, as where(V > 0.1, then, otherwise)")
+    return Term("where", (condition, term(then), term(otherwise)))
+
+
+NUMPY: Final[Mapping[str, Any]] = {
+    "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "pow": np.power, "abs": np.abs,
+    "exp": np.exp, "log": np.log, "sqrt": lambda a: np.sqrt(np.maximum(a, 0.0)), "min": np.minimum, "max": np.maximum,
+    "unit": lambda a: a, "lt": np.less, "le": np.less_equal, "where": np.where,
+}  # fmt: skip
+"""Operation -> what carries it out on arrays."""
+
+
+def evaluate(of: Term, values: Values) -> Any:
+    """``of`` where its leaves have ``values``, in the shape that these give; KeyError names a leaf without one."""
+    done: dict[Term, Any] = dict(values)
+
+    def found(each: Term) -> Any:
+        if each not in done:
+            if isinstance(each.op, Leaf):
+                raise KeyError(f"{each!r} has no value")
+            done[each] = each.value if each.op == "number" else NUMPY[each.op](*map(found, each.args))
+        return done[each]
+
+    with np.errstate(all="ignore"):
+        return found(of)
+
+
+def leaves(*of: Term) -> frozenset[Term]:
+    """The leaves of terms."""
+    seen: set[Term] = set()
+    todo = list(of)
+    while todo:
+        each = todo.pop()
+        if each not in seen:
+            seen.add(each)
+            todo.extend(each.args)
+    return frozenset(each for each in seen if isinstance(each.op, Leaf))

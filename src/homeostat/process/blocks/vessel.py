@@ -1,0 +1,106 @@
+"""A stirred vessel: volume, temperature and concentrations from what flows in and out, heats and reacts.
+
+    dV/dt = sum F_in - sum F_out
+    dC/dt = sum F_in (C_in - C) / V + r
+    dT/dt = sum F_in (T_in - T) / V + sum Q / (V c)       c: heat capacity of a volume, such as cp in kJ/(L K)
+
+Hand check: 10 L at 300 K, 0.1 L/s of 350 K: dT/dt = 0.1 (350 - 300) / 10 = 0.5 K/s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import final
+
+from homeostat.process.blocks.flowsheet import Flowsheet, FlowsheetError
+from homeostat.process.blocks.term import ZERO, Operand, Term, limited, maximum, number, term
+
+
+@final
+class Vessel:
+    """What is in one vessel; its methods add what flows, heats and reacts."""
+
+    def __init__(self, sheet: Flowsheet, name: str, unit: str, start: Operand, heel: float = 0.1) -> None:
+        """States ``NAME_V`` [``unit``] from ``start`` on; an outflow fades over the last ``heel`` of it."""
+        if not 0.0 < heel < float("inf"):
+            raise FlowsheetError(f"vessel {name}: heel = {heel} {unit} must be more than 0")
+        self.name = name
+        """Name of the equipment."""
+        self.volume = sheet.state(f"{name}_V", unit, start, least=0.0)
+        """Liquid in it."""
+        self.temperature: Term | None = None
+        """Its temperature; None where nobody asked for it."""
+        self.leak = sheet.fault(f"{name}_leak") * self.volume
+        """What leaks: the fault's severity [1/s] times the volume."""
+        self._sheet, self._heel = sheet, number(heel, unit)
+        self._inflows: list[tuple[Term, Term | None, Mapping[str, Operand]]] = []
+        self._outflows: list[Term] = [self.leak]
+        self._heat: list[Term] = []
+        self._capacity: Term | None = None
+        self._reacting: dict[str, list[Term]] = {}
+        sheet.rate(self.volume, self._volume_rate)
+
+    @property
+    def wet(self) -> Term:
+        """Its volume where something is divided by it: never less than a tenth of the heel."""
+        return maximum(self.volume, 0.1 * self._heel)
+
+    def heated(self, start: Operand, capacity: Operand, unit: str = "K") -> Term:
+        """Keep account of its temperature [``unit``]; ``capacity``: heat that a unit of volume takes up per kelvin."""
+        self.temperature = self._sheet.state(f"{self.name}_T", unit, start)
+        self._capacity = term(capacity)
+        self._sheet.rate(self.temperature, self._temperature_rate)
+        return self.temperature
+
+    def holds(self, species: str, unit: str, start: Operand = 0.0) -> Term:
+        """Keep account of a concentration [``unit``], ``NAME_SPECIES``."""
+        made = self._sheet.state(f"{self.name}_{species}", unit, start, least=0.0)
+        self._reacting[species] = []
+        self._sheet.rate(made, lambda: self._species_rate(species, made))
+        return made
+
+    def feed(self, flow: Term, temperature: Operand | None = None, **concentrations: Operand) -> None:
+        """``flow`` comes in, with its temperature and concentrations; what is not stated is none of that species."""
+        if unknown := sorted(set(concentrations) - set(self._reacting)):
+            raise FlowsheetError(f"vessel {self.name} holds no {unknown[0]!r}; say so with holds(...) first")
+        self._inflows.append((flow, None if temperature is None else term(temperature), concentrations))
+
+    def draw(self, flow: Term) -> Term:
+        """``flow`` leaves, as far as there is anything left; gives what does."""
+        out = flow * limited(self.volume / self._heel, 0.0, 1.0)
+        self._outflows.append(out)
+        return out
+
+    def heat(self, power: Term) -> None:
+        """``power`` heats it; what is negative cools it."""
+        self._heat.append(power)
+
+    def react(self, rate: Term, heat: Operand = 0.0, **species: float) -> None:
+        """A reaction at ``rate`` [amount per volume and second], with its stoichiometry, as ``A=-1, B=1``.
+
+        ``heat``: enthalpy of reaction per amount; negative where it heats.
+        """
+        for name, factor in species.items():
+            if name not in self._reacting:
+                raise FlowsheetError(f"vessel {self.name} holds no {name!r}; say so with holds(...) first")
+            self._reacting[name].append(factor * rate)
+        self._heat.append(-term(heat) * rate * self.volume)
+
+    def _volume_rate(self) -> Term:
+        return sum((flow for flow, _, _ in self._inflows), ZERO) - sum(self._outflows, ZERO)
+
+    def _temperature_rate(self) -> Term:
+        assert self.temperature is not None and self._capacity is not None
+        mixed = ZERO
+        for flow, warm, _ in self._inflows:
+            if warm is None:
+                raise FlowsheetError(f"vessel {self.name} is heated, and a feed has no temperature; state it")
+            mixed = mixed + flow * (warm - self.temperature)
+        heat = sum(self._heat, ZERO)
+        return mixed / self.wet if heat == ZERO else mixed / self.wet + heat / (self.wet * self._capacity)
+
+    def _species_rate(self, species: str, now: Term) -> Term:
+        mixed = ZERO
+        for flow, _, concentrations in self._inflows:
+            mixed = mixed + flow * (term(concentrations.get(species, 0.0)) - now)
+        return mixed / self.wet + sum(self._reacting[species], ZERO)
