@@ -19,7 +19,7 @@ from homeostat.knowledge.build import statements
 from homeostat.knowledge.build.build import build, main, refuse_difference, refuse_incomplete
 from homeostat.knowledge.build.provenance import MAPPING, is_sealed, sha256, stale_tables
 from homeostat.knowledge.build.statements import MAPPED, SCRATCH, stated
-from homeostat.knowledge.build.tables.check import SCHEMAS
+from homeostat.knowledge.build.tables.schemas import SCHEMAS
 from homeostat.knowledge.build.turtle import write_turtle
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import Code, GraphError
