@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from pyoxigraph import NamedNode
 
 from homeostat.knowledge.build.build import build, mapped, refuse_incomplete
-from homeostat.knowledge.build.tables.check import SCHEMAS, mistakes
+from homeostat.knowledge.build.tables.check import mistakes
+from homeostat.knowledge.build.tables.schemas import SCHEMAS
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import GraphError
 from homeostat.plants.files.folder import read_files

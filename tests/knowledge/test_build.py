@@ -19,7 +19,7 @@ from homeostat.knowledge.build import statements
 from homeostat.knowledge.build.build import build, main, refuse_difference, refuse_incomplete
 from homeostat.knowledge.build.provenance import MAPPING, is_sealed, sha256, stale_tables
 from homeostat.knowledge.build.statements import MAPPED, SCRATCH, stated
-from homeostat.knowledge.build.tables.check import SCHEMAS
+from homeostat.knowledge.build.tables.schemas import EVERY, SCHEMAS
 from homeostat.knowledge.build.turtle import write_turtle
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import Code, GraphError
@@ -377,5 +377,6 @@ def test_the_guide_explains_every_column_and_no_other() -> None:
             table = heading[1] or heading[2]
         elif line.startswith("| `"):
             explained.setdefault(table, set()).update(re.findall(r"`(\w+)`", line.split("|")[1]))
-    headers = {path.stem: set(path.read_text("utf-8").splitlines()[0].split(",")) for path in ENGINEERING}
-    assert explained == headers
+    assert explained == {name: set(model.model_fields) for name, (model, _) in EVERY.items()}
+    for path in ENGINEERING:
+        assert explained[path.stem] == set(path.read_text("utf-8").splitlines()[0].split(","))

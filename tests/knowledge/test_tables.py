@@ -14,7 +14,8 @@ import pytest
 from homeostat.cli.main import main as homeostat
 from homeostat.knowledge.build.build import main
 from homeostat.knowledge.build.tables.cells import Reads, Refers
-from homeostat.knowledge.build.tables.check import SCHEMAS, mistakes, refuse_bad_tables
+from homeostat.knowledge.build.tables.check import mistakes, refuse_bad_tables
+from homeostat.knowledge.build.tables.schemas import SCHEMAS
 from homeostat.knowledge.store.error import Code, GraphError
 from tests.knowledge.tables import INSTALLED, Rows
 from tests.plants.copies import Copy

@@ -120,8 +120,8 @@ def test_an_absurd_value_is_one_line(key: str, value: str, words: str) -> None:
 
 
 def test_a_misspelt_key_comes_before_the_one_that_is_missing_by_it() -> None:
-    with pytest.raises(PlantError, match=r"there is no key 'startedby'; did you mean 'started_by'.*\(and 1 more\)$"):
-        read(TEXT.replace("started_by", "startedby", 1))
+    with pytest.raises(PlantError, match=r"there is no key 'onsets'; did you mean 'onset_s'.*\(and 1 more\)$"):
+        read(TEXT.replace("onset_s", "onsets", 1))
 
 
 @pytest.mark.parametrize("table", ["errors", "initial"])

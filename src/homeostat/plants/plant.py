@@ -28,6 +28,7 @@ from homeostat.plants.files.places import plant_folder
 from homeostat.plants.model import find_model
 from homeostat.plants.settings.balances import read_balances
 from homeostat.plants.settings.check import refuse_misfit, refuse_misnamed
+from homeostat.plants.settings.defaults import completed
 from homeostat.plants.settings.figure_panel import read_panel
 from homeostat.plants.settings.file import read_settings
 from homeostat.plants.settings.settings import Settings
@@ -127,6 +128,7 @@ def load_plant(name: str, learned: bool = True, kept: bool = True) -> Plant:
     fresh = with_fresh_graph(files, kept)
     graph = open_graph(fresh.contents[GRAPH])
     description = read_plant(graph, NamedNode(settings.system))
+    settings = completed(files.folder.name, settings, description)
     refuse_misnamed(files.folder.name, settings, description)
     _check_choices(description.machine)
     if BASELINES in files.contents:
@@ -162,12 +164,12 @@ def _case(
         totals=dict(settings.objective.totals),
         reported=tuple(settings.objective.reported),
         started=next(t.guard for t in description.machine.transitions if t.name == settings.run.started_by),
-        start=_start(settings.start, description, model),
+        start=_start(settings.start or {}, description, model),
         lease_within_s=settings.link.lease_within_s,
         recipe=Side(settings.recipe),
         end_s=settings.run.end_s,
         onset_s=settings.run.onset_s,
-        panels=tuple(read_panel(table.model_dump(exclude_none=True), description) for table in settings.figure),
+        panels=tuple(read_panel(table.model_dump(exclude_none=True), description) for table in settings.figure or ()),
     )
 
 

@@ -15,6 +15,8 @@ from urllib.parse import quote
 
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse
 
+from homeostat.knowledge.build.tables.reading import is_short
+from homeostat.knowledge.store.error import GraphError
 from homeostat.knowledge.vocabulary.vocabulary import HS, RDF
 
 _SEAL: Final = re.compile(rb"# sha256 ([0-9a-f]{64})\n\Z")
@@ -46,6 +48,8 @@ MAPPING: Final = "mapping.rml.ttl"
 """Name of the mapping, the same one for every plant."""
 
 
+DERIVED: Final = "derived"
+"""Stands for the rows that follow from others, among the files that a graph was built from."""
 _SETTINGS: Final = "case.toml"
 
 
@@ -59,14 +63,17 @@ def namespace_of(folder: Path) -> str:
 
 
 def sources(system: NamedNode, folder: Path, tables: Iterable[str]) -> Iterator[Triple]:
-    """That ``system`` was built from ``tables``, relative to ``folder``, and from the mapping, each with its hash."""
+    """That ``system`` was built from ``tables``, relative to ``folder``, and from the mapping, each with its hash.
+
+    So it is with all rows together where some follow from others: a package that derives other ones makes it stale.
+    """
     namespace, _, _ = system.value.rpartition("#")
-    for table in sorted({*tables, MAPPING}):
+    for table in sorted({*tables, MAPPING, *([DERIVED] if is_short(folder) else [])}):
         node = NamedNode(f"{namespace}#table_{Path(table).stem}")
         yield Triple(system, HS.wasBuiltFrom, node)
         yield Triple(node, RDF.type, HS.SourceTable)
         yield Triple(node, HS.fileName, Literal(table))
-        yield Triple(node, HS.sha256, Literal(sha256(_place(folder, table).read_bytes())))
+        yield Triple(node, HS.sha256, Literal(_hash(folder, table) or ""))
 
 
 def stale_tables(folder: Path, graph: bytes, format: RdfFormat = RdfFormat.TURTLE) -> tuple[str, ...]:
@@ -77,17 +84,22 @@ def stale_tables(folder: Path, graph: bytes, format: RdfFormat = RdfFormat.TURTL
         if isinstance(triple.object, Literal) and triple.predicate in (HS.fileName, HS.sha256):
             entries = names if triple.predicate == HS.fileName else hashes
             entries[str(triple.subject)] = triple.object.value
-    stale = {name for node, name in names.items() if _changed(_place(folder, name), hashes.get(node))}
+    stale = {name for node, name in names.items() if name != DERIVED and _changed(folder, name, hashes.get(node))}
     mine = f"<{namespace_of(folder)}"
     if not all(node.startswith(mine) for node in names):
         stale.add(_SETTINGS)
-    return tuple(sorted(stale | _unread(folder, names.values())))
+    stale |= _unread(folder, names.values())
+    if not stale:  # or else what follows from the tables need not be worked out
+        stale = {name for node, name in names.items() if name == DERIVED and _changed(folder, name, hashes.get(node))}
+    return tuple(sorted(stale))
 
 
 def source_words(name: str) -> str:
     """What a message calls a file that `stale_tables` names."""
     if name == MAPPING:
         return "the package's mapping"
+    if name == DERIVED:
+        return "what follows from the tables"
     return f"table {name!r}" if name.endswith(".csv") else repr(name)
 
 
@@ -99,9 +111,19 @@ def _unread(folder: Path, recorded: Iterable[str]) -> set[str]:
     return found - known
 
 
-def _place(folder: Path, name: str) -> Path:
-    return Path(__file__).with_name(MAPPING) if name == MAPPING else folder / name
+def _hash(folder: Path, name: str) -> str | None:
+    """Hash of a source as it is now, None where there is no such file; GraphError where nothing follows from tables."""
+    if name == DERIVED:
+        from homeostat.knowledge.build.derived.tables import digest  # most plants are loaded without the schemas
+
+        return digest(folder)
+    path = Path(__file__).with_name(MAPPING) if name == MAPPING else folder / name
+    return sha256(path.read_bytes()) if path.is_file() else None
 
 
-def _changed(path: Path, recorded: str | None) -> bool:
-    return not path.is_file() or sha256(path.read_bytes()) != recorded
+def _changed(folder: Path, name: str, recorded: str | None) -> bool:
+    try:
+        found = _hash(folder, name)
+    except GraphError:
+        return True
+    return found is None or found != recorded

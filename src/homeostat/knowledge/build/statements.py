@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 from pyoxigraph import Literal, NamedNode, Triple
 
-from homeostat.knowledge.build.tables.reading import OPTIONAL, read_rows
+from homeostat.knowledge.build.tables.reading import FOLDER, OPTIONAL, SHORT, Rows, is_short, read_rows
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.vocabulary.vocabulary import PREFIXES, XSD
 
@@ -30,8 +30,14 @@ def _statements() -> tuple[Mapping[str, str], ...]:
 
 def table_files(folder: Path) -> tuple[str, ...]:
     """The tables of the plant in ``folder`` that are read, relative to it, sorted; without those that it may lack."""
-    named = sorted({statement["table"] for statement in _statements()})
-    return tuple(_file(name) for name in named if name not in OPTIONAL or (folder / _file(name)).exists())
+    named, short = _tables(), is_short(folder)
+    needed = frozenset[str]() if short else named - OPTIONAL
+    read = named | SHORT if short else named
+    return tuple(_file(name) for name in sorted(read) if name in needed or (folder / _file(name)).exists())
+
+
+def _tables() -> frozenset[str]:
+    return frozenset(statement["table"] for statement in _statements())
 
 
 def stated(folder: Path, namespace: str) -> frozenset[Triple]:
@@ -39,27 +45,34 @@ def stated(folder: Path, namespace: str) -> frozenset[Triple]:
 
     Raises GraphError where a table cannot be read or a row has no name; what else is wrong in it others find.
     """
-    tables = {file: read_rows(folder / file).rows for file in table_files(folder)}
+    rows = _rows(folder)
     return frozenset(
-        triple
-        for statement in _statements()
-        for triple in _said(statement, tables.get(_file(statement["table"]), ()), namespace)
+        triple for statement in _statements() for triple in _said(statement, rows[statement["table"]], namespace)
     )
 
 
-def _said(statement: Mapping[str, str], rows: tuple[Mapping[str, str], ...], namespace: str) -> Iterator[Triple]:
-    """One statement about each of ``rows`` whose cells it needs."""
+def _rows(folder: Path) -> Mapping[str, Rows]:
+    """Table -> its rows, with those that follow from others."""
+    if is_short(folder):
+        from homeostat.knowledge.build.derived.tables import tables  # other plants are built without the schemas
+
+        return tables(folder)
+    return {name: read_rows(folder / _file(name)) for name in _tables()}
+
+
+def _said(statement: Mapping[str, str], table: Rows, namespace: str) -> Iterator[Triple]:
+    """One statement about each row of ``table`` whose cells it needs."""
     subject, verb = (_iri(statement[part], namespace) for part in ("subject", "property"))
     kind, item = statement["kind"], statement["object"]
     thing = _iri(item, namespace) if kind == "thing" else None
-    for line, row in enumerate(rows, start=2):
+    for number, row in enumerate(table.rows):
         cells = {column: cell for column, cell in row.items() if cell}
         names = {column: _quoted(cell) for column, cell in cells.items()}
         try:
             about = NamedNode(subject.format_map(names))
         except KeyError as empty:
             message = f"column {empty} is empty, but names the row"
-            raise GraphError(Code.BAD_TABLE, f"{statement['table']}.csv row {line}", message) from None
+            raise GraphError(Code.BAD_TABLE, table.place(statement["table"], number), message) from None
         try:
             value = NamedNode(thing.format_map(names)) if thing else _literal(item.format_map(cells), kind)
             yield Triple(about, NamedNode(verb.format_map(names)), value)
@@ -86,4 +99,4 @@ def _literal(text: str, kind: str) -> Literal:
 
 
 def _file(table: str) -> str:
-    return f"engineering/{table}.csv"
+    return f"{FOLDER}/{table}.csv"

@@ -15,24 +15,24 @@ from homeostat.stl.spelling import near_matches
 
 
 def refuse_misnamed(name: str, settings: Settings, plant: PlantDescription) -> None:
-    """PlantError where the settings of the plant called ``name`` name what the plant does not have.
+    """PlantError where the completed settings of the plant called ``name`` name what the plant does not have.
 
     So it is, too, where a value is outside what the plant says about its tag. Nothing of the plant's code is needed.
     """
     check = _Check(f"{name}/{SETTINGS}", plant)
     transitions = [t.name for t in plant.machine.transitions]
-    check.known("run, started_by", "transition", [settings.run.started_by], transitions)
-    check.start(settings.start)
+    check.known("run, started_by", "transition", [settings.run.started_by or ""], transitions)
+    check.start(settings.start or {})
     check.throughput(settings)
     check.twin(settings)
     check.times(settings)
 
 
 def refuse_misfit(name: str, settings: Settings, plant: PlantDescription, model: ProcessModel) -> None:
-    """PlantError where the settings of the plant called ``name`` name what its ``model`` does not have."""
+    """PlantError where the completed settings of the plant called ``name`` name what its ``model`` does not have."""
     check = _Check(f"{name}/{SETTINGS}", plant)
     inputs = {tag.name for tag in plant.tags if plant.variables[tag.name] in model.inputs}
-    check.known("start", "tag that can be commanded", settings.start, inputs)
+    check.known("start", "tag that can be commanded", settings.start or {}, inputs)
     check.quantities(settings, model)
     check.known("twin, errors", "variable", settings.twin.errors, model.variables)
     check.known("twin, initial", "state variable", settings.twin.initial, model.states)
@@ -79,7 +79,7 @@ class _Check:
         self.known("objective, throughput", "tag", [objective.throughput], tags)
         tag = tags[objective.throughput]
         some = Range(tag.range.span * 1e-3, tag.range.high)
-        self.inside("objective, design_rate", objective.design_rate, some, tag.unit)
+        self.inside("objective, design_rate", objective.production.design_rate, some, tag.unit)
 
     def quantities(self, settings: Settings, model: ProcessModel) -> None:
         """What production is counted in is there."""

@@ -53,8 +53,8 @@ class RunTable(Table):
     """Length of a run [s]."""
     onset_s: Annotated[float, within(0.0, WEEK_S, "s", "a fault begins in the run")]
     """Default onset of a fault [s]."""
-    started_by: Name
-    """Transition whose guard holds once the plant has left start-up."""
+    started_by: Name | None = None
+    """Transition whose guard holds once the plant has left start-up; see `homeostat.plants.settings.defaults`."""
 
     @model_validator(mode="after")
     def _onset_before_end(self) -> RunTable:
@@ -68,8 +68,10 @@ class ObjectiveTable(Table):
 
     throughput: Name
     """Tag whose mean is the production rate."""
-    design_rate: Annotated[float, within(1e-9, 1e9, "(tag's unit)", "a plant is designed to produce something")]
-    """Its value by design, in the tag's unit."""
+    design_rate: (
+        Annotated[float, within(1e-9, 1e9, "(tag's unit)", "a plant is designed to produce something")] | None
+    ) = None
+    """Its value by design, in the tag's unit; see `homeostat.plants.settings.defaults`."""
     per_s: Annotated[float, within(1.0, WEEK_S, "s", "1 for a rate, the time of a batch for an amount")] = 1.0
     """Time in which so much is made: 1 for a tag that is a rate per second, a batch's time for an amount [s]."""
     currency: Annotated[str, StringConstraints(pattern=r"^\S{1,12}$")] = "units"
@@ -93,7 +95,8 @@ class ObjectiveTable(Table):
 
     @property
     def production(self) -> Production:
-        """As the search knows it."""
+        """As the search knows it, of completed settings."""
+        assert self.design_rate is not None
         return Production(self.throughput, self.design_rate, self.per_s)
 
 
@@ -109,10 +112,13 @@ class BalanceTable(Table):
 
 
 class TwinTable(Table):
-    """``[twin]``: how the twin is judged and used; what the keys mean stands at `TwinSettings`."""
+    """``[twin]``: how the twin is judged and used; what the keys mean stands at `TwinSettings`.
 
-    errors: Annotated[dict[Name, Annotated[list[Deviation], Len(2, 2)]], Len(1)]
-    corrected: Annotated[list[Name], Len(1)]
+    Errors, and what is corrected, may be left out: see `homeostat.plants.settings.defaults`.
+    """
+
+    errors: Annotated[dict[Name, Annotated[list[Deviation], Len(2, 2)]], Len(1)] = {}
+    corrected: Annotated[list[Name], Len(1)] = []
     initial: Annotated[dict[Name, Deviation], Len(1)]
     gain_error: Fraction
     size_error: Annotated[float, within(0.0, 2.0, "(fraction)", "a size that is wrong by more says nothing")] | None = (
@@ -267,8 +273,10 @@ class Settings(Table):
     """Who runs the nominal sequence in modes that write; in the others the plant does."""
     run: RunTable
     """How long a run is."""
-    start: dict[Name, Finite]
-    """Commanded tag -> its value at the start of a run, in its unit; what is not given is on automatic."""
+    start: dict[Name, Finite] | None = None
+    """Commanded tag -> its value at the start of a run, in its unit; what is not given is on automatic.
+
+    Where there is no such table, see `homeostat.plants.settings.defaults`."""
     objective: ObjectiveTable
     """What production is."""
     twin: TwinTable
@@ -281,8 +289,8 @@ class Settings(Table):
     """How sure a release must be that no hard limit is violated."""
     link: LinkTable = LinkTable()
     """What the plant's control system needs."""
-    figure: list[FigureTable] = []
-    """Panels of a run's figure."""
+    figure: list[FigureTable] | None = None
+    """Panels of a run's figure; where there is none, see `homeostat.plants.settings.defaults`."""
 
     @property
     def namespace(self) -> str:

@@ -24,6 +24,7 @@ from homeostat.plants.files.generated import refuse_altered_graph
 from homeostat.plants.files.graph import interface
 from homeostat.plants.model import find_model
 from homeostat.plants.settings.check import refuse_misfit, refuse_misnamed
+from homeostat.plants.settings.defaults import completed
 
 
 def carry_out(options: argparse.Namespace) -> int:
@@ -86,7 +87,7 @@ def _disagreements(plant: PlantGraph, store: GraphStore) -> Iterator[str]:
         yield str(error)  # what cannot be read cannot be compared
         return
     try:
-        refuse_misnamed(plant.name, plant.settings, described)
+        refuse_misnamed(plant.name, completed(plant.name, plant.settings, described), described)
     except PlantError as error:
         yield str(error)
 
@@ -96,7 +97,7 @@ def _misfits(plant: PlantGraph, described: PlantDescription) -> Iterator[str]:
     model = find_model(plant.files, plant.settings.model, described)
     yield from map(str, inconsistencies(described, interface(model, plant.settings.twin.settings.horizon_s)))
     try:
-        refuse_misfit(plant.name, plant.settings, described, model)
+        refuse_misfit(plant.name, completed(plant.name, plant.settings, described), described, model)
         if BASELINES in plant.files.contents:
             read_baselines(plant.files.contents[BASELINES], described)
     except (PlantError, GraphError) as error:

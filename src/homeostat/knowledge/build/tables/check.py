@@ -1,14 +1,15 @@
 """Checking a plant's tables before anything is made of them: a bad cell is one line with its place and the remedy."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Final, TypeAlias
 
 from pydantic import ValidationError
 
-from homeostat.knowledge.build.tables import behaviour, diagnosis, guarding, structure
+from homeostat.knowledge.build.derived.tables import derived, stated_tables
 from homeostat.knowledge.build.tables.cells import CellError, Reads, Refers, TableRow, shown
-from homeostat.knowledge.build.tables.reading import OPTIONAL, Rows, read_rows
+from homeostat.knowledge.build.tables.reading import FOLDER, OPTIONAL, Rows, is_short
+from homeostat.knowledge.build.tables.schemas import EVERY, SCHEMAS, SHORT_SCHEMAS
 from homeostat.knowledge.store.error import Code, GraphError, refuse
 from homeostat.stl.spelling import near_matches
 
@@ -27,9 +28,11 @@ _STATED: Final[Mapping[str, tuple[Code, tuple[tuple[str, str], ...]]]] = {
 }
 """What a name can be of -> the mistake where nothing is called so, and tables and columns that state it."""
 _LONGEST: Final = 120
+_NUMBERED: Final = frozenset({("transitions", "id"), ("fallbacks", "step")})
+"""Keys that follow from the rest of their rows and from the order of rows."""
 
 Unknown: TypeAlias = tuple[str, int, str, Code, str]
-"""Table, line in the file, column, mistake, message."""
+"""Table, number of the row from 0, column, mistake, message."""
 
 
 def unknown_names(tables: Mapping[str, Rows], models: Mapping[str, type[TableRow]]) -> Iterator[Unknown]:
@@ -56,12 +59,15 @@ def _unknown_in(
     code = _STATED[mark.kind][0] if isinstance(mark, Refers) else mark.code
     names = frozenset().union(*(known[kind] for kind in kinds))
     what = " or ".join(kinds)
-    where = " or ".join(dict.fromkeys(f"{place}.csv" for kind in kinds for place, _ in _STATED[kind][1]))
-    for line, row in enumerate(table.rows, start=2):
+    places = [place for kind in kinds for place, _ in _STATED[kind][1]]
+    if table.origins and {"signals", "equipment"} & set(places):  # those of a short plant
+        places.append("instruments")
+    where = " or ".join(dict.fromkeys(f"{place}.csv" for place in places))
+    for number, row in enumerate(table.rows):
         for used in sorted(_used(row[column], mark) - names):
             hint = near_matches(used[:_LONGEST], sorted(names))
             message = f"there is no {what} {shown(used)} in {where}{hint}; correct it or add its row"
-            yield name, line, column, code, message
+            yield name, number, column, code, message
 
 
 def _kinds(mark: Refers | Reads) -> frozenset[str]:
@@ -79,39 +85,6 @@ def _used(cell: str, mark: Refers | Reads) -> frozenset[str]:
         return frozenset()
 
 
-FOLDER: Final = "engineering"
-"""Where the tables are in a plant's folder."""
-SCHEMAS: Final[Mapping[str, tuple[type[TableRow], tuple[str, ...]]]] = {
-    "equipment": (structure.Equipment, ("id",)),
-    "signals": (structure.Signal, ("tag",)),
-    "sensors": (structure.Sensor, ("component",)),
-    "loops": (structure.Loop, ("id",)),
-    "parameters": (structure.ModelParameter, ("symbol",)),
-    "operators": (structure.ProcessOperator, ("id",)),
-    "flows": (structure.Flow, ("operator", "direction", "flow")),
-    "equations": (structure.OperatorEquation, ("id",)),
-    "states": (behaviour.OperatingState, ("id",)),
-    "state_requirements": (behaviour.StateRequirement, ("state", "component")),
-    "setpoints": (behaviour.Setpoint, ("state", "tag")),
-    "transitions": (behaviour.Transition, ("id",)),
-    "limits": (behaviour.Limit, ("id",)),
-    "criteria": (behaviour.Criterion, ("id",)),
-    "prices": (behaviour.Price, ("kind", "item")),
-    "fallbacks": (behaviour.FallbackStep, ("strategy", "step")),
-    "fallback_waivers": (behaviour.Waiver, ("strategy", "permissive")),
-    "fallback_limits": (behaviour.FallbackLimit, ("strategy", "limit")),
-    "quality": (guarding.Quality, ("tag",)),
-    "trips": (guarding.Trip, ("limit",)),
-    "start_up": (guarding.StartUpLimit, ("limit",)),
-    "writables": (guarding.Writable, ("tag",)),
-    "faults": (diagnosis.Fault, ("id",)),
-    "features": (diagnosis.Feature, ("id",)),
-    "symptoms": (diagnosis.Symptom, ("id",)),
-    "symptom_faults": (diagnosis.SymptomFault, ("symptom", "fault")),
-}
-"""Table -> what its rows are, and the columns that tell one from another."""
-
-
 def refuse_bad_tables(folder: Path) -> None:
     """GraphError with the first mistake in the tables of the plant in ``folder``, and the number of the others."""
     refuse(list(mistakes(folder)))
@@ -119,58 +92,85 @@ def refuse_bad_tables(folder: Path) -> None:
 
 def mistakes(folder: Path) -> Iterator[GraphError]:
     """Every mistake in the tables of the plant in ``folder``, which must be all that there are."""
-    tables: dict[str, Rows] = {}
-    for name in SCHEMAS:
-        try:
-            tables[name] = read_rows(folder / FOLDER / f"{name}.csv")
-        except GraphError as error:
-            yield error
+    tables, unread = stated_tables(folder)
+    yield from unread
+    short = is_short(folder)
     for path in sorted((folder / FOLDER).glob("*.csv")):
-        if path.stem not in SCHEMAS:
-            yield GraphError(Code.BAD_MAPPING, path.name, "is no table of a plant; the mapping does not read it")
+        if path.stem not in (EVERY if short else SCHEMAS):
+            read = "the mapping does not read it"
+            if path.stem in SHORT_SCHEMAS:
+                read = "it is read only beside an instruments.csv; add that or remove it"
+            yield GraphError(Code.BAD_MAPPING, path.name, f"is no table of a plant; {read}")
+    if short:
+        bad = [error for name, table in tables.items() for error in _of_short(name, table)]
+        yield from bad
+        if bad or unread:
+            return
+        tables = derived(tables)
     for name, table in tables.items():
         yield from _columns(name, table) or _cells(name, table)
-    for name, line, column, code, message in unknown_names(tables, {name: SCHEMAS[name][0] for name in tables}):
-        yield GraphError(code, _place(name, line, tables[name]), f"{tables[name].told(column)}: {message}")
+    for name, number, column, code, message in unknown_names(tables, {name: EVERY[name][0] for name in tables}):
+        yield GraphError(code, _place(name, number, tables[name]), f"{tables[name].told(column)}: {message}")
+
+
+def _of_short(name: str, table: Rows) -> list[GraphError]:
+    """What is wrong with a stated table before anything follows from it.
+
+    Columns may be left out where they can be filled; those of the short tables must be right, because more follows.
+    """
+    if not table.columns:
+        return []
+    fields = EVERY[name][0].model_fields
+    short = name in SHORT_SCHEMAS
+    needed = [c for c, field in fields.items() if field.is_required()] if short else EVERY[name][1]
+    lacking = _lacking_columns(name, table, [column for column in needed if (name, column) not in _NUMBERED])
+    found = [*_unknown_columns(name, table), *lacking]
+    return found or (list(_cells(name, table)) if short else [])
 
 
 def _columns(name: str, table: Rows) -> list[GraphError]:
     """Columns that are missing, or that the table does not have."""
-    known = SCHEMAS[name][0].model_fields
-    found: list[GraphError] = []
     if name in OPTIONAL and not table.columns:
-        return found
+        return []
+    return [*_unknown_columns(name, table), *_lacking_columns(name, table, EVERY[name][0].model_fields)]
+
+
+def _unknown_columns(name: str, table: Rows) -> Iterator[GraphError]:
+    known = EVERY[name][0].model_fields
     for column in table.columns:
         if column not in known:
             message = f"column {shown(column)} is not known{near_matches(column, known)}; there are {', '.join(known)}"
-            found.append(GraphError(Code.BAD_TABLE, f"{name}.csv row 1", message))
-    for column in known:
+            yield GraphError(Code.BAD_TABLE, f"{name}.csv row 1", message)
+
+
+def _lacking_columns(name: str, table: Rows, needed: Iterable[str]) -> Iterator[GraphError]:
+    for column in needed:
         if column not in table.columns:
             hint = near_matches(column, table.columns)
             message = f"column {column!r} is missing{hint}; add it, with an empty cell where nothing is stated"
-            found.append(GraphError(Code.BAD_TABLE, f"{name}.csv row 1", message))
-    return found
+            yield GraphError(Code.BAD_TABLE, f"{name}.csv row 1", message)
 
 
 def _cells(name: str, table: Rows) -> Iterator[GraphError]:
     """Cells that are no value of their column, and rows that contradict themselves or another one."""
-    model, key = SCHEMAS[name]
+    model, key = EVERY[name]
     seen: dict[tuple[str, ...], int] = {}
-    for line, row in enumerate(table.rows, start=2):
+    for number, row in enumerate(table.rows):
         try:
             model.model_validate({column: cell for column, cell in row.items() if cell})
         except ValidationError as error:
-            yield from _bad_row(error, name, line, table)
+            yield from _bad_row(error, name, number, table)
         names = tuple(row[column] for column in key)
         if names in seen:
             verb = "are those" if key[1:] else "is that"
-            message = f"{' and '.join(key)} {verb} of row {seen[names]}; remove or rename one of them"
-            yield GraphError(Code.DUPLICATE_ID, _place(name, line, table), message)
-        seen.setdefault(names, line)
+            other = table.place(name, seen[names]).removeprefix(f"{name}.csv ")
+            message = f"{' and '.join(key)} {verb} of {other}; remove or rename one of them"
+            yield GraphError(Code.DUPLICATE_ID, _place(name, number, table), message)
+        seen.setdefault(names, number)
 
 
-def _bad_row(error: ValidationError, name: str, line: int, table: Rows) -> Iterator[GraphError]:
-    place = _place(name, line, table)
+def _bad_row(error: ValidationError, name: str, number: int, table: Rows) -> Iterator[GraphError]:
+    place = _place(name, number, table)
     for found in error.errors(include_url=False):
         column = f"{table.told(str(found['loc'][0]))}: " if found["loc"] else ""
         cause = found.get("ctx", {}).get("error")
@@ -180,8 +180,7 @@ def _bad_row(error: ValidationError, name: str, line: int, table: Rows) -> Itera
             yield GraphError(Code.MISSING_VALUE, place, f"{column}the cell is empty; fill it")
 
 
-def _place(name: str, line: int, table: Rows) -> str:
+def _place(name: str, number: int, table: Rows) -> str:
     """Where a row is, with what it is about."""
-    row = table.rows[line - 2]
-    about = " ".join(row.get(column, "") for column in SCHEMAS[name][1])
-    return f"{name}.csv row {line} ({shown(about)})"
+    about = " ".join(table.rows[number].get(column, "") for column in EVERY[name][1])
+    return f"{table.place(name, number)} ({shown(about)})"

@@ -9,8 +9,33 @@ from typing import Final
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.vocabulary.former import COLUMNS, WORDS
 
+FOLDER: Final = "engineering"
+"""Where the tables are in a plant's folder."""
 OPTIONAL: Final = frozenset({"prices"})
 """Tables that a plant's folder may lack, which is as if they had no row."""
+SHORT: Final = frozenset({"guards", "instruments", "streams"})
+"""Tables from which rows of others follow; the mapping reads none of them."""
+NEEDED: Final = frozenset(
+    {"equipment", "fallbacks", "instruments", "limits", "parameters", "setpoints", "states", "transitions"}
+)
+"""Tables that a plant with a table of instruments may not lack."""
+
+
+def is_short(folder: Path) -> bool:
+    """Whether rows follow from others in the tables of the plant in ``folder``: it has a table of instruments."""
+    return (folder / FOLDER / "instruments.csv").exists()
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where a row of a table comes from."""
+
+    table: str
+    """The table whose file has the line."""
+    line: int
+    """Line of that file."""
+    generated: bool = False
+    """Whether the row follows from that line, and is not what stands there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,18 +48,26 @@ class Rows:
     """Column -> cell, without spaces around it; row 0 is the second line of the file."""
     former: Mapping[str, str] = field(default_factory=dict)
     """Column -> what the file calls it, where that is a former name."""
+    origins: tuple[Origin, ...] = ()
+    """Where each row comes from; empty where row n is line n + 2 of the table's own file."""
+
+    def place(self, name: str, number: int) -> str:
+        """Where row ``number``, counted from 0, of the table called ``name`` stands, for messages."""
+        origin = self.origins[number] if self.origins else Origin(name, number + 2)
+        where = f"{origin.table}.csv row {origin.line}"
+        return f"{name}.csv, a row that follows from {where}" if origin.generated else where
 
     def told(self, column: str) -> str:
         """``column`` as the file has it, with today's name behind a former one."""
         return _told(column, self.former)
 
 
-def read_rows(path: Path) -> Rows:
-    """The table in ``path``, with former names as those of today.
+def read_rows(path: Path, optional: bool = False) -> Rows:
+    """The table in ``path``, with former names as those of today; without a row where it is ``optional`` and lacking.
 
     GraphError where it cannot be read, is ragged, or a cell begins or ends with a space.
     """
-    if path.stem in OPTIONAL and not path.exists():
+    if (optional or path.stem in OPTIONAL) and not path.exists():
         return Rows((), ())
     try:
         with path.open(encoding="utf-8", newline="") as file:

@@ -1,0 +1,1 @@
+"""Rows that follow from others: a plant with a table of instruments states each thing once."""

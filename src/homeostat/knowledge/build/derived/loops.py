@@ -1,0 +1,117 @@
+"""What follows from a row of a loop: its controller, operator and flows, and the tags of setpoint, output and error."""
+
+from typing import Final
+
+from homeostat.knowledge.build.derived.draft import Draft, Line, number, one_digit, written
+from homeostat.knowledge.build.derived.instruments import plain
+from homeostat.knowledge.build.tables.reading import Origin
+
+RANGE_S: Final = 200.0
+"""A setpoint is ramped through its range in this time, where nothing else is stated [s]."""
+INCREMENT: Final = 0.5
+"""Share of a tag's scale that is the step in which it is set by hand [1]."""
+
+
+def add_loops(draft: Draft) -> None:
+    """Add what follows from every loop; operators of the plant's parts must be there already."""
+    for line in draft.lines("loops"):
+        held, driven = draft.find("signals", line["pv"]), actuator_of(draft, line["mv"])
+        name, label = line["id"], held["description"] if held else line["pv"]
+        own = {
+            "controller": name,
+            "operator": f"PO_{name}",
+            "sp": f"{line['pv']}.sp",
+            "gain": f"Kp_{name}",
+            "reset": f"Ki_{name}",
+            "label": label,
+        }
+        draft.fill("loops", line, own)
+        place = _place(draft, driven)
+        controller = {"kind": "InformationProcessing", "part_of": place, "label": f"Controller of {line['pv']}"}
+        draft.add("equipment", line.follows, {"id": line["controller"]} | controller)
+        _add_operator(draft, line, place, driven)
+        if held is not None:
+            _add_setpoint(draft, line, held)
+        if driven:
+            add_command(draft, line.follows, driven, by_hand=False)
+            _add_manual(draft, line.follows, driven)
+
+
+def actuator_of(draft: Draft, command: str) -> str:
+    """The actuator that a command drives: as the signals say, or else the one that the tag is named after."""
+    line = draft.find("signals", command)
+    name = (line["component"] if line is not None else "") or command.removesuffix(".cmd")
+    place = draft.find("equipment", name)
+    return name if place is not None and place["kind"] == "Actuator" else ""
+
+
+def add_command(draft: Draft, origin: Origin, actuator: str, by_hand: bool) -> None:
+    """Add the tag that drives an actuator; ``by_hand`` where no loop does."""
+    own = {"tag": f"{actuator}.cmd", "relation": "drives", "description": f"Command to {actuator}"}
+    _add_output(draft, origin, actuator, own, by_hand)
+
+
+def _add_manual(draft: Draft, origin: Origin, actuator: str) -> None:
+    words = f"Manual output of {actuator} (automatic where not given)"
+    own = {"tag": f"{actuator}.man", "relation": "overrides", "description": words}
+    _add_output(draft, origin, actuator, own, by_hand=True)
+
+
+def _add_output(draft: Draft, origin: Origin, actuator: str, own: dict[str, str], by_hand: bool) -> None:
+    speed = {"rate_limit": "0.2", "increment": "0.01"} if by_hand else {}
+    shared = {"role": "MV", "unit": "1", "low": "0", "high": "1", "scale": "0.05", "component": actuator}
+    draft.add("signals", origin, own | shared | {"variable": plain(own["tag"])} | speed)
+
+
+def _add_setpoint(draft: Draft, line: Line, held: Line) -> None:
+    """Add setpoint and control error of what is ``held``."""
+    low, high, scale = (number(held[column]) for column in ("low", "high", "scale"))
+    if low is None or high is None or scale is None or not low < high:
+        return
+    span, error = high - low, f"{line['pv']}.err"
+    shared = {"unit": held["unit"], "scale": held["scale"], "component": line["controller"]}
+    setpoint = {
+        "tag": line["sp"],
+        "role": "SP",
+        "low": held["low"],
+        "high": held["high"],
+        "rate_limit": written(one_digit(span / RANGE_S)),
+        "increment": written(one_digit(INCREMENT * scale)),
+        "relation": "sets",
+        "variable": plain(line["sp"]),
+        "description": f"Setpoint of {line['pv']}",
+    }
+    draft.add("signals", line.follows, shared | setpoint)
+    deviation = {
+        "tag": error,
+        "role": "STATUS",
+        "low": written(-span),
+        "high": written(span),
+        "relation": "reports",
+        "variable": plain(error),
+        "description": f"Control deviation of {line['pv']} (PV - SP)",
+    }
+    draft.add("signals", line.follows, shared | deviation)
+
+
+def _add_operator(draft: Draft, line: Line, place: str, driven: str) -> None:
+    operator, after = line["operator"], (f"PO_{driven}", f"PO_{place}")
+    successor = next((name for name in after if draft.find("operators", name)), "")
+    own = {"id": operator, "resource": place, "successor": successor, "label": f"Control {line['pv']}"}
+    draft.add("operators", line.follows, own)
+    labels = {"pv": ("input", "Reading"), "sp": ("input", "Setpoint"), "mv": ("output", "Command")}
+    for column, (direction, word) in labels.items():
+        tag = line[column]
+        flow = {"operator": operator, "direction": direction, "flow": f"info_{plain(tag)}", "kind": "Information"}
+        draft.add("flows", line.follows, flow | {"tag": tag, "label": f"{word} {tag}"})
+
+
+def _place(draft: Draft, driven: str) -> str:
+    """The part of the plant that the actuator of a loop is in, or else the whole plant."""
+    actuator = draft.find("equipment", driven)
+    return actuator["part_of"] if actuator is not None else system_of(draft)
+
+
+def system_of(draft: Draft) -> str:
+    """The whole plant."""
+    return next((line["id"] for line in draft.lines("equipment") if line["kind"] == "System"), "")

@@ -1,0 +1,155 @@
+"""What the settings leave open and the plant's graph says: how a run starts, what is produced, errors, and figures."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Final, NoReturn
+
+from homeostat.domain.plant.description import ControlLoop, PlantDescription, Relation, Signal
+from homeostat.domain.plant.state_machine import State
+from homeostat.domain.plant.tag import Role, Tag
+from homeostat.knowledge.checks.intervals import bounds
+from homeostat.plants.error import PlantError
+from homeostat.plants.files.folder import SETTINGS
+from homeostat.plants.settings.settings import FigureTable, Settings
+from homeostat.stl.formula import Formula
+
+LEAST_NOISE: Final = 0.1
+"""Noise of an instrument that has none, in scales of its tag [1]."""
+MODEL_SHARE: Final = 0.5
+"""The model is wrong by this share of an instrument's noise at least [1]."""
+ROOM: Final = 0.2
+"""Share of a figure's window that is left free beyond what must be seen [1]."""
+
+
+def completed(name: str, settings: Settings, plant: PlantDescription) -> Settings:
+    """``settings`` of the plant called ``name`` with what they leave open, but for `TwinTable.initial`.
+
+    Raises PlantError naming the key where nothing follows from the ``plant`` and it must be stated.
+    """
+    where, run, twin = f"{name}/{SETTINGS}", settings.run, settings.twin
+    run = run.model_copy(update={"started_by": run.started_by or _started_by(where, plant)})
+    way = next((t for t in plant.machine.transitions if t.name == run.started_by), None)
+    first = None if way is None else plant.machine.state(way.target)
+    answers = _Answers(where, settings.objective.throughput, plant, first)
+    rate = settings.objective.design_rate or answers.design_rate()
+    errors = twin.errors or answers.errors()
+    filled = {
+        "run": run,
+        "objective": settings.objective.model_copy(update={"design_rate": rate}),
+        "twin": twin.model_copy(
+            update={"errors": errors, "corrected": twin.corrected or answers.corrected(errors)},
+        ),
+        "start": settings.start if settings.start is not None else answers.start(),
+        "figure": settings.figure if settings.figure is not None else answers.figure(),
+    }
+    return settings.model_copy(update=filled)
+
+
+def _started_by(where: str, plant: PlantDescription) -> str:
+    """The only transition by which the plant leaves its initial state by itself."""
+    machine = plant.machine
+    ways = [t.name for t in machine.transitions if t.source == machine.initial.name and not t.on_decision]
+    if len(ways) != 1:
+        there = f"{', '.join(map(repr, ways))} lead" if ways else "no transition without a decision leads"
+        _refuse(where, "run", "started_by", f"{there} out of {machine.initial.name!r}")
+    return ways[0]
+
+
+def _refuse(where: str, table: str, key: str, why: str) -> NoReturn:
+    """PlantError: ``key`` must be stated, because nothing follows."""
+    raise PlantError(f"{where}: {table}: {key!r} is missing, and {why}; state it")
+
+
+@dataclass(frozen=True, slots=True)
+class _Answers:
+    """What follows from one plant for its settings."""
+
+    where: str
+    """The file, for messages."""
+    throughput: str
+    """Tag that production is measured by."""
+    plant: PlantDescription
+    """What the graph says."""
+    first: State | None
+    """The first state after start-up; None where the settings name a transition that is not there."""
+
+    def start(self) -> dict[str, float]:
+        """The design values of the first state after start-up; what has none is on automatic."""
+        return {} if self.first is None else {r.tag: r.design for r in self.first.setpoints if r.design is not None}
+
+    def design_rate(self) -> float:
+        """Where the loop of the throughput holds it by design."""
+        if (rate := self._design(self.throughput)) is None:
+            why = f"no loop holds {self.throughput!r} at a design value after start-up"
+            _refuse(self.where, "objective", "design_rate", why)
+        return rate
+
+    def errors(self) -> dict[str, list[float]]:
+        """Noise of every instrument, and its calibration error or half its noise, which the model may be wrong by."""
+        measured = [signal for signal in self.plant.signals if signal.relation is Relation.MEASURES]
+        found = {signal.variable: self._error(signal) for signal in measured}
+        if not found:
+            _refuse(self.where, "twin", "errors", "no tag is measured")
+        return found
+
+    def corrected(self, errors: Mapping[str, list[float]]) -> list[str]:
+        """What the loops hold, but for the throughput; every process variable where that is nothing."""
+        variables, loops = self.plant.variables, self.plant.loops
+        held = [variables[loop.process_variable] for loop in loops if loop.process_variable != self.throughput]
+        measured = [signal.variable for signal in self.plant.signals if signal.tag.role is Role.PV]
+        return [name for name in dict.fromkeys(held or measured) if name in errors] or list(errors)
+
+    def figure(self) -> list[FigureTable]:
+        """A panel for every loop, and one for where the actuators stand."""
+        panels = [self._panel(loop) for loop in self.plant.loops]
+        shown = [tag for tag in map(self.plant.tag, self._outputs()) if tag.unit == "1"][:40]
+        if shown:
+            low, high = min(t.range.low for t in shown), max(t.range.high for t in shown)
+            names = [tag.name for tag in shown]
+            panels.append(FigureTable(title="Actuators", tags=names, window=[low, high]))
+        return panels
+
+    def _error(self, signal: Signal) -> list[float]:
+        own = [p for p in self.plant.parameters if p.component == signal.component]
+        noise, bias = max((abs(p.value) for p in own), default=0.0), max((p.sd for p in own), default=0.0)
+        if signal.tag.unit != "1" and any(p.unit == "1" for p in own):  # relative to the reading
+            noise, bias = (part * self._typical(signal.tag) for part in (noise, bias))
+        most = signal.tag.range.span / 4.0
+        noise = min(noise or LEAST_NOISE * signal.tag.scale, most)
+        return [noise, min(max(bias, MODEL_SHARE * noise), most)]
+
+    def _typical(self, tag: Tag) -> float:
+        """What a tag reads by design, or in the middle of its range."""
+        middle = abs(tag.range.low + tag.range.high) / 2.0
+        return abs(self._design(tag.name) or 0.0) or middle or tag.range.span / 2.0
+
+    def _design(self, tag: str) -> float | None:
+        """Where a loop holds a tag by design in the first state after start-up."""
+        loop = next((loop for loop in self.plant.loops if loop.process_variable == tag), None)
+        row = self.first.setpoint(loop.setpoint) if self.first is not None and loop is not None else None
+        return None if row is None else row.design
+
+    def _panel(self, loop: ControlLoop) -> FigureTable:
+        held = self.plant.tag(loop.process_variable)
+        rules = {rule.name: _compared(rule.formula, held.name) for rule in self.plant.limits.limits}
+        limits = [name for name, values in rules.items() if values]
+        rows = [s.setpoint(loop.setpoint) for s in self.plant.machine.states]
+        seen = [value for row in rows if row is not None for value in (row.low, row.high)]
+        seen += [value for values in rules.values() for value in values]
+        low, high = min(seen, default=held.range.low), max(seen, default=held.range.high)
+        room = max(ROOM * (high - low), 5.0 * held.scale)
+        window = [max(low - room, held.range.low), min(high + room, held.range.high)]
+        title = loop.label or held.name
+        return FigureTable(title=title[:200], tags=[held.name, loop.setpoint], limits=limits, window=window)
+
+    def _outputs(self) -> Iterator[str]:
+        """Of every actuator its position, or else its command."""
+        positions = self.plant.positions
+        for signal in self.plant.signals:
+            if signal.relation is Relation.DRIVES:
+                yield positions.get(signal.component, signal.tag.name)
+
+
+def _compared(formula: Formula, tag: str) -> list[float]:
+    """Numbers that a rule compares a tag with."""
+    return [bound.value for bound in bounds(formula.root) if bound.tag == tag]
