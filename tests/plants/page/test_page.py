@@ -125,7 +125,7 @@ def test_states_say_what_they_are() -> None:
     def said(shape: Shape) -> str:
         return " ".join(line.text for line in shape.lines)
 
-    assert shapes["state starting"].icon == "start" and shapes["state normal"].kind == "state ordinary"
+    assert shapes["state starting"].icon == "initial" and shapes["state normal"].kind == "state ordinary"
     assert shapes["state holding"].kind == "state abnormal" and "risk 3" in said(shapes["state holding"])
     assert "recovery may end here" in said(shapes["state holding"])
     assert shapes["state shutdown"].kind == "state safe" and "fallback ends here" in said(shapes["state shutdown"])

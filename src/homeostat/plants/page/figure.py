@@ -71,7 +71,7 @@ class Shape:
     tip: str
     """What is shown when somebody points at it."""
     icon: str = ""
-    """Symbol before the first line: `circle`, `rhombus` or `hexagon` (VDI 3682), `start` (UML); empty for none."""
+    """Symbol before the first line: `circle`, `rhombus` or `hexagon` (VDI 3682), `initial` (UML); empty for none."""
 
     @property
     def width(self) -> float:
@@ -110,7 +110,7 @@ def arranged(shapes: Mapping[str, Shape], arrows: Sequence[Arrow], direction: Di
     """Where everything stands, in layers that follow one another in ``direction``: first what the machine starts in."""
     down = direction is Direction.DOWN
     boxes = {n: Box(s.height, s.width) if down else Box(s.width, s.height) for n, s in shapes.items()}
-    start = next((name for name, shape in shapes.items() if shape.icon == "start"), "")
+    start = next((name for name, shape in shapes.items() if shape.icon == "initial"), "")
     return layered(boxes, [(a.source, a.target) for a in arrows], (40.0, 18.0) if down else (44.0, 16.0), start)
 
 
@@ -220,7 +220,7 @@ def _lettered(line: Line, at: Point) -> list[Markup]:
 
 def _icon(kind: str, at: Point) -> Markup:
     x, y = at
-    if kind in ("circle", "start"):
+    if kind in ("circle", "initial"):
         return element("circle", cx=x, cy=y, r=5.0, class_=f"icon {kind}")
     corners = {
         "rhombus": [(x - 6, y), (x, y - 6), (x + 6, y), (x, y + 6)],

@@ -69,7 +69,7 @@ class _Sheet:
         who = [Line(loop.setpoint, bubble=loop.controller) for loop in loops]
         told = [tag for tag in read if not self._shown_at(tag) and tag not in {loop.setpoint for loop in loops}]
         shown = (*lines(title, title=True), *(who or lines(operator.resource, rows=1)), *map(Line, told))
-        commands = lines(f"sets {', '.join(written)}", rows=8) if written else ()
+        commands = lines(f"sets {', '.join(written)}", rows=14) if written else ()
         return Shape("control", (*shown, *commands), f"{title}, carried out by {operator.resource}")
 
     def flowing(self, kind: FlowKind) -> Iterator[Arrow]:

@@ -101,7 +101,7 @@ def _state(state: State, plant: PlantDescription) -> Shape:
     shown += [Line("recovery may end here")] if state.recovery_target else []
     again = [t.event for t in machine.transitions if t.source == t.target == state.name]
     shown += [Line(f"↻ {event}") for event in dict.fromkeys(again)]
-    icon = "start" if state.initial else ""
+    icon = "initial" if state.initial else ""
     return Shape(f"state {kind}", tuple(shown), f"{state.name}: settled when {state.settled_when.text}", icon)
 
 
