@@ -30,7 +30,7 @@ print(*sorted(name.partition(".")[0] for name in sys.modules), file=sys.stderr)
     "command",
     [
         (), ("run",), ("campaign",), ("replay",), ("cases",), ("trace",), ("trace", "verify"), ("graph",),
-        ("graph", "check"), ("graph", "query"), ("graph", "export"), ("plant",), ("plant", "sign"),
+        ("graph", "check"), ("graph", "query"), ("graph", "export"), ("plant",), ("plant", "sign"), ("plant", "doc"),
         ("approve",), ("mode",), ("resume",),
     ],
     ids=" ".join,

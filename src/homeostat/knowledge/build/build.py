@@ -18,6 +18,7 @@ from homeostat.knowledge.build.provenance import namespace_of, seal, sources
 from homeostat.knowledge.build.statements import MAPPED, stated, table_files
 from homeostat.knowledge.build.turtle import write_turtle
 from homeostat.knowledge.checks.conformance import check_shapes
+from homeostat.knowledge.checks.units import unknown_units
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.error import Code, GraphError, Mistake, refuse
@@ -58,12 +59,17 @@ def refuse_difference(folder: Path, other: frozenset[Triple]) -> None:
 
 def refuse_incomplete(graph: bytes) -> None:
     """GraphError where the graph breaks a shape or cannot be read into the domain's types."""
-    store = EmbeddedStore()
-    store.load(graph, RdfFormat.TURTLE)
+    store = _stored(graph)
     refuse([Mistake(Code.BAD_SHAPE, broken.focus, broken.message) for broken in check_shapes(store)])
     plants = store.select(f"SELECT ?plant {{ ?plant a {CPSMod.SystemModel} }}")
     for row in plants:
         read_plant(store, row.iri("plant"))
+
+
+def _stored(graph: bytes) -> EmbeddedStore:
+    store = EmbeddedStore()
+    store.load(graph, RdfFormat.TURTLE)
+    return store
 
 
 def check_numbers(triples: Iterable[Triple]) -> None:
@@ -102,6 +108,8 @@ def main(arguments: list[str] | None = None) -> int:
                 options.folder, frozenset(q.triple for q in parse(path=options.triples, format=RdfFormat.N_TRIPLES))
             )
         refuse_incomplete(graph)
+        for line in unknown_units(_stored(graph)):
+            print(f"{options.folder}: warning: {line}", file=sys.stderr)
     except GraphError as error:
         print(f"{options.folder}: {error}", file=sys.stderr)
         return 1

@@ -1,4 +1,4 @@
-"""What the tables imply and a mapping cannot say: rules, links from formulas to tags, equations."""
+"""What the tables imply and a mapping cannot say: rules, links from formulas to tags, equations, units."""
 
 from collections.abc import Callable, Iterable, Iterator
 from importlib import resources
@@ -8,6 +8,7 @@ from typing import Final, cast
 from pyoxigraph import Literal, NamedNode, Quad, QueryTriples, Store, Triple
 
 from homeostat.knowledge.build.constants import fill_in
+from homeostat.knowledge.build.quantities import quantities
 from homeostat.knowledge.build.statements import SCRATCH
 from homeostat.knowledge.store import answers
 from homeostat.knowledge.store.error import Code, GraphError
@@ -29,7 +30,7 @@ def complete(stated: Iterable[Triple]) -> frozenset[Triple]:
         # every rule is a CONSTRUCT
         _add(store, [t for rule in stage for t in answers.graph(cast(QueryTriples, store.query(rule)))])
     fill_in(store)
-    _add(store, [*_formula_links(store), *_equations(store)])
+    _add(store, [*_formula_links(store), *_equations(store), *quantities(store)])
     return frozenset(quad.triple for quad in store if not quad.predicate.value.startswith(SCRATCH))
 
 

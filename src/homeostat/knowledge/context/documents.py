@@ -17,13 +17,13 @@ from homeostat.domain.quotation import quote, quoted
 from homeostat.knowledge.context.context import PLAIN, TEXT_LIMIT
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.knowledge.vocabulary.former import TERMS, in_terms
-from homeostat.knowledge.vocabulary.vocabulary import DINEN61360, HS, RDF, RDFS, M
+from homeostat.knowledge.vocabulary.vocabulary import DINEN61360, HS, QUDT, RDF, RDFS, M
 
 _GUARD: Final = {HS.QualityRule, HS.TripRule, HS.WriteRule, HS.StartUpLimit, HS.Waiver, HS.FallbackEffect}
 _UNTOLD: Final = _GUARD | {HS.SourceTable, DINEN61360.Type_Description, DINEN61360.Instance_Description}
 """Types of things without a document."""
-_HEADING: Final = frozenset({RDF.type, RDFS.label, HS.belongsTo})
-"""Said by the first words of a document; that everything belongs to the one plant is not said."""
+_UNSAID: Final = frozenset({RDF.type, RDFS.label, HS.belongsTo, QUDT.hasUnit, QUDT.hasQuantityKind})
+"""Said by the first words of a document, or, as units are, by another property; or the same of everything."""
 _TOLD: Final = {term: former for former, term in TERMS.items()}
 """What documents call by its former name: recorded answers of models are found by the words that these were shown."""
 _WORD: Final = re.compile(r"[A-Z]?[a-z0-9]+|[A-Z]+(?![a-z])|[^\sA-Za-z0-9_-]+")
@@ -69,7 +69,7 @@ def _document(name: str, triples: Sequence[Triple], namespace: str, told: Collec
     named = {*labels, _called(name)}
     by_phrase: dict[str, list[str]] = {}
     for triple in ordered:
-        if triple.predicate not in _HEADING and (shown := _object(triple.object, named, namespace, told)):
+        if triple.predicate not in _UNSAID and (shown := _object(triple.object, named, namespace, told)):
             by_phrase.setdefault("" if triple.predicate == RDFS.comment else _words(triple.predicate), []).append(shown)
     by_objects: dict[str, list[str]] = {}  # the T-Box names many relations twice, by a special and a general property
     for phrase, objects in by_phrase.items():

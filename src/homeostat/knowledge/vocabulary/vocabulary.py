@@ -15,7 +15,9 @@ __all__ = [
     "DIN17359",
     "DINEN61360",
     "HS",
+    "OWN_UNITS",
     "PREFIXES",
+    "QUDT",
     "RDF",
     "RDFS",
     "SOSA",
@@ -124,6 +126,20 @@ class CPSMod(metaclass=ClosedNamespace, iri="http://www.hsu-ifa.de/ontologies/CP
     consistsOfStructureModel: NamedNode
     isChangedByActuator: NamedNode
     processRealizesBehavior: NamedNode
+
+
+class QUDT(metaclass=ClosedNamespace, iri="http://qudt.org/schema/qudt/"):
+    """QUDT: units and kinds of quantities. The units themselves are rows of ``units.csv``."""
+
+    QuantityKind: NamedNode
+    Unit: NamedNode
+    hasQuantityKind: NamedNode
+    hasUnit: NamedNode
+    ucumCode: NamedNode
+
+
+OWN_UNITS = "urn:homeostat:unit#"
+"""Namespace of the units that QUDT has not."""
 
 
 class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
@@ -281,6 +297,10 @@ PREFIXES: tuple[tuple[str, str], ...] = (
     ("sosa", SOSA.iri),
     ("CPSMod", CPSMod.iri),
     ("hs", HS.iri),
+    ("qudt", QUDT.iri),
+    ("unit", "http://qudt.org/vocab/unit/"),
+    ("quantitykind", "http://qudt.org/vocab/quantitykind/"),
+    ("hsunit", OWN_UNITS),
     ("rdf", RDF.iri),
     ("rdfs", RDFS.iri),
     ("xsd", XSD.iri),

@@ -7,6 +7,7 @@ from pyoxigraph import RdfFormat
 
 from homeostat.cli.commands.graph.graphs import Place, PlantGraph, opened, place
 from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.quotation import printable
 from homeostat.knowledge.build.build import GRAPH, build
 from homeostat.knowledge.build.provenance import source_words, stale_tables
 from homeostat.knowledge.build.tables.check import mistakes
@@ -14,6 +15,7 @@ from homeostat.knowledge.checks.conformance import check_shapes
 from homeostat.knowledge.checks.consistency import inconsistencies
 from homeostat.knowledge.checks.injection_scan import injection_findings
 from homeostat.knowledge.checks.lint import lint
+from homeostat.knowledge.checks.units import unknown_units
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.store.store import GraphStore
@@ -43,8 +45,15 @@ def carry_out(options: argparse.Namespace) -> int:
     for finding in suspicious:
         print(f"warning: {finding}")
     warnings = len(suspicious)
+    unknown = unknown_units(store)
+    for line in unknown:
+        print(f"warning: {printable(line)}")
     told = f"{count} problem{'' if count == 1 else 's'}" if count else "no problem"
-    print(f"{where.path}: {told}" + (f", {warnings} suspicious text{'' if warnings == 1 else 's'}" if warnings else ""))
+    print(
+        f"{where.path}: {told}"
+        + (f", {warnings} suspicious text{'' if warnings == 1 else 's'}" if warnings else "")
+        + (f", {len(unknown)} unknown unit{'' if len(unknown) == 1 else 's'}" if unknown else "")
+    )
     return 1 if count else 0
 
 
