@@ -68,7 +68,7 @@ def checkout(folder: Path) -> Path:
         (folder / "bin" / name).write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {words} "$@"\n')
         (folder / "bin" / name).chmod(0o755)
     (folder / "here").mkdir()
-    for name in ("src", "campaigns"):
+    for name in ("src", "campaigns", "examples"):
         (folder / "here" / name).symlink_to(REPO / name)
     return folder / "here"
 

@@ -174,6 +174,7 @@ BROKEN: list[tuple[str, str, Change, Code]] = [
     ("limits", "protects nothing", cell("formula", "abs(V1.cmd) <= 1"), Code.LIMIT_NEVER_VIOLATED),
     ("limits", "can never hold", cell("formula", "T1 + 1 <= T1 - 200"), Code.GUARD_NEVER_TRUE),
     ("limits", "looks ahead", cell("formula", "always (T1 <= 313)"), Code.LIMIT_LOOKS_AHEAD),
+    ("limits", "reads what may be automatic", cell("formula", "V2.man <= 0.9"), Code.LIMIT_WITHOUT_VALUE),
     ("limits", "same id twice", again(source="Something else"), Code.DUPLICATE_ID),
     ("criteria", "owner unknown", cell("owner", "nobody"), Code.BAD_WORD),
     ("criteria", "formula names an unknown tag", cell("formula", "always (T99 <= 3)"), Code.UNKNOWN_TAG),

@@ -78,7 +78,6 @@ def test_an_actuator_without_a_loop_is_commanded_by_hand(short: Short) -> None:
         "setpoints", *(line for line in short.path("setpoints").read_text().splitlines() if "H1.man" not in line)
     )
     short.write("fallbacks", "strategy,target,tag,value", "stop,shutdown,F1.sp,0", "stop,,H1.cmd,0")
-    short.edit("limits", "H1.man", "H1.cmd")
     short.write("parameters", *(x for x in short.path("parameters").read_text().splitlines() if "TIC2" not in x))
     plant = short.plant()
     assert plant.tag("H1.cmd").increment == 0.01

@@ -15,6 +15,7 @@ from homeostat.domain.snapshot import Trajectory
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.truth.process import PlantConfiguration, TrueProcess
 from homeostat.plants.assembly import new_sequencer
+from homeostat.plants.equations import refuse_wrong_units
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.baselines import read_baselines, write_baselines
 from homeostat.plants.files.generated import baseline_sources
@@ -84,8 +85,10 @@ def learn(plant: Plant, runs: int, told: Callable[[int, int], None] = lambda don
 def learned(plant: Plant, told: Callable[[int, int], None] = lambda done, of: None) -> bytes:
     """The file of reference values for ``plant``, learned now: some seconds to minutes.
 
-    Raises PlantError where a fault-free run is not well, GraphError where what was learned is absurd.
+    Raises PlantError where a fault-free run is not well or units of equations do not agree, GraphError where what was
+    learned is absurd.
     """
+    refuse_wrong_units(plant.name, plant.description, plant.model)
     content = write_baselines(learn(plant, RUNS, told), baseline_sources(plant))
     read_baselines(content, plant.description)
     return content

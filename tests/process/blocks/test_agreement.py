@@ -106,6 +106,7 @@ def broken(of: Callable[[Flowsheet, Vessel], object]) -> Callable[[], object]:
         (lambda s, b: s.state("x", "L", 0.0), "state x has no rate"),
         (lambda s, b: s.rate(b.volume, b.volume), "stated twice"),
         (lambda s, b: s.sensor("L", b.volume), "there twice"),
+        (lambda s, b: s.sensor("V_position", s.actuator("V").position), "column of two parts"),
         (lambda s, b: s.sensor("L 2", b.volume), "no name"),
         (lambda s, b: s.loop("LIC", measured="M", drives="V", acts=1), "no sensor shows"),
         (lambda s, b: s.controller("LIC", "L", acts=2), "acts = 2"),

@@ -42,7 +42,7 @@ class TestTwoTanks(ProcessModelContract):
         _, course = run(model, STATED, commanded(model, **SETPOINTS), 6000)
         assert course["B1_V"][-1] == pytest.approx(20.0, abs=1e-3)
         assert course["B2_V"][-1] == pytest.approx(20.0, abs=1e-3)
-        assert course["H1_pos"][-1] == pytest.approx(12.54 / 60.0, abs=1e-4)
+        assert course["H1_position"][-1] == pytest.approx(12.54 / 60.0, abs=1e-4)
 
     def test_energy_and_matter_are_kept(self, model: ComposedModel) -> None:
         result, course = run(model, STATED, commanded(model, **SETPOINTS), 400)
@@ -66,12 +66,12 @@ class TestTwoTanks(ProcessModelContract):
         _, sound = run(model, STATED, inputs, 3000)
         _, weak = run(model, STATED, inputs, 3000, {"P1_weak": 0.4})
         assert weak["F2_true"][-1] == pytest.approx(sound["F2_true"][-1], rel=1e-3)
-        assert weak["P1_pos"][-1] == pytest.approx(sound["P1_pos"][-1] / 0.6, rel=1e-3)
+        assert weak["P1_position"][-1] == pytest.approx(sound["P1_position"][-1] / 0.6, rel=1e-3)
 
     @pytest.mark.parametrize(("fault", "position"), [("V1_stuck_open", 0.3), ("V1_stuck_closed", 0.7)])
     def test_a_stuck_valve_stays_whatever_it_is_told(self, model: ComposedModel, fault: str, position: float) -> None:
         _, course = run(model, STATED, commanded(model, **SETPOINTS), 30, {fault: 0.3})
-        assert course["V1_pos"][-1] == pytest.approx(position)
+        assert course["V1_position"][-1] == pytest.approx(position)
         assert course["V1_cmd"][-1] == pytest.approx(1.0 if fault == "V1_stuck_open" else 0.0, abs=0.3)
 
     def test_a_leak_takes_its_share_of_the_volume(self, model: ComposedModel) -> None:
@@ -87,9 +87,16 @@ class TestTwoTanks(ProcessModelContract):
         inputs = commanded(model, **SETPOINTS)
         result, _ = run(model, STATED, inputs, 900)
         found = model.estimate(model.readings(result.state[0], inputs))
-        for name in ("B1_V", "B2_V", "B1_T", "B2_T", "V1_pos", "P1_pos", "H1_pos"):
+        for name in ("B1_V", "B2_V", "B1_T", "B2_T", "V1_position", "P1_position", "H1_position"):
             at = model.states.index(name)
             assert found[at] == pytest.approx(result.state[0, at], rel=1e-4), name
+
+    def test_a_tank_that_runs_empty_while_it_is_fed_stays_a_tank(self, model: ComposedModel) -> None:
+        """The pump takes what comes, and the tank is as warm as its feed."""
+        stated = {**STATED, "Kv_12": 5.0}
+        _, course = run(model, stated, commanded(model, **SETPOINTS), 2000)
+        assert 0.0 <= course["B1_V"].min() < 0.5
+        assert np.abs(course["B1_T"] - 300.0).max() < 1e-6 and course["F2_true"][-1] == pytest.approx(0.1, abs=1e-3)
 
     def test_noise_is_that_of_the_tables(self, model: ComposedModel) -> None:
         _, course = run(model, STATED, commanded(model, **SETPOINTS), 2000, noise=1.0)

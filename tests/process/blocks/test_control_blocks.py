@@ -45,7 +45,7 @@ def level() -> ComposedModel:
 def test_a_first_order_actuator_goes_63_per_cent_in_its_time_constant() -> None:
     model = composed(tank(levelled), {**TANK, "tau_V2": 5.0})
     _, course = run(model, {**TANK, "tau_V2": 5.0}, commanded(model, L_sp=10.0, V2_cmd=0.5), 10)
-    assert course["V2_pos"][4] == pytest.approx(0.5 * (1.0 - np.exp(-1.0)))
+    assert course["V2_position"][4] == pytest.approx(0.5 * (1.0 - np.exp(-1.0)))
 
 
 def test_a_second_order_actuator_begins_slowly_and_arrives() -> None:
@@ -55,7 +55,7 @@ def test_a_second_order_actuator_begins_slowly_and_arrives() -> None:
     stated = {**TANK, "tau_V1": 10.0, "tau_V2": 10.0}
     model = composed(tank(slow), stated)
     _, course = run(model, stated, commanded(model, V1_cmd=1.0), 200)
-    assert course["V1_pos"][0] < 0.02 and course["V1_pos"][-1] == pytest.approx(1.0, abs=1e-6)
+    assert course["V1_position"][0] < 0.02 and course["V1_position"][-1] == pytest.approx(1.0, abs=1e-6)
 
 
 def test_a_loop_holds_its_setpoint_and_is_taken_over_from_manual_without_a_bump(level: ComposedModel) -> None:
@@ -107,7 +107,9 @@ def test_a_split_range_moves_one_valve_after_the_other() -> None:
     model = composed(tank(split), stated)
     _, course = run(model, stated, commanded(model, L_sp=10.0), 6000)
     assert course["L_true"][-1] == pytest.approx(10.0, abs=1e-2)
-    assert course["V1_pos"][-1] == pytest.approx(1.0) and course["V2_pos"][-1] == pytest.approx(0.25, abs=1e-2)
+    assert course["V1_position"][-1] == pytest.approx(1.0) and course["V2_position"][-1] == pytest.approx(
+        0.25, abs=1e-2
+    )
 
 
 def cascade(s: Flowsheet, b: Vessel) -> None:

@@ -28,6 +28,7 @@ def formulas(plant: PlantDescription) -> Found:
         yield from momentary(f"limit {limit.name!r}", "limit", limit.formula)
         yield from judged(plant, f"limit {limit.name!r}", limit.formula, ranges)
         yield from violable(plant, f"limit {limit.name!r}", limit.formula)
+        yield from always_known(plant, f"limit {limit.name!r}", limit.formula)
     for criterion in plant.limits.criteria:
         yield from judged(plant, f"criterion {criterion.name!r}", criterion.formula, ranges)
         yield from breakable(f"criterion {criterion.name!r}", criterion.formula, ranges)
@@ -45,6 +46,13 @@ def momentary(thing: str, what: str, formula: Formula) -> Found:
     if any(isinstance(node, Always | Eventually | Until) for node, _ in walk(formula.root)):
         message = f"{what} '{formula}' is judged on one moment; remove always, eventually and until"
         yield Code.LIMIT_LOOKS_AHEAD, thing, message
+
+
+def always_known(plant: PlantDescription, thing: str, formula: Formula) -> Found:
+    """A limit that reads a manual output: it has no value while the plant's own control has the actuator."""
+    for manual in sorted(formula.tags & plant.overridden.keys()):
+        message = f"reads {manual!r}, which has no value on automatic; read {plant.overridden[manual]!r} or a position"
+        yield Code.LIMIT_WITHOUT_VALUE, thing, message
 
 
 def judged(plant: PlantDescription, thing: str, formula: Formula, ranges: Intervals) -> Found:

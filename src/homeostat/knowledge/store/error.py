@@ -64,6 +64,8 @@ class Code(StrEnum):
     """A limit holds for all values inside the ranges of its tags, so it protects nothing."""
     LIMIT_OUTSIDE_RANGE = "limit-outside-range"
     """A formula compares a tag with a value that its instrument cannot show."""
+    LIMIT_WITHOUT_VALUE = "limit-without-value"
+    """A limit reads a manual output, which has no value while it is on automatic."""
     SETPOINT_OUTSIDE_RANGE = "setpoint-outside-range"
     """A state admits a value that is outside the range of its tag, or a design value outside its own range."""
     NOT_COMMANDABLE = "not-commandable"

@@ -41,6 +41,8 @@ class ComposedModel:
         """
         self._layout = layout = Layout.of(sheet, faults)
         self._sheet = sheet
+        self.flowsheet = sheet
+        """What it follows from."""
         self.states: tuple[str, ...] = layout.states
         self.parameters: tuple[str, ...] = layout.parameters
         self.inputs: tuple[str, ...] = layout.inputs

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from homeostat.process.blocks.flowsheet import Flowsheet
+from homeostat.process.blocks.flowsheet import Flowsheet, FlowsheetError
 from homeostat.process.blocks.parts import Disturbance
 from homeostat.process.blocks.term import Leaf, Term, leaves
 
@@ -24,7 +24,11 @@ class Layout:
     @classmethod
     def of(cls, sheet: Flowsheet, faults: Collection[str]) -> Layout:
         """The layout of ``sheet`` for a plant whose tables have ``faults``; FlowsheetError where it is not complete."""
-        return cls(sheet, sheet.complete(), tuple(name for name in sheet.faults if name in faults))
+        made = cls(sheet, sheet.complete(), tuple(name for name in sheet.faults if name in faults))
+        twice = [name for i, name in enumerate(made.states) if name in made.states[:i]]
+        if twice:
+            raise FlowsheetError(f"{twice[0]!r} is the column of two parts; give a sensor or a quantity another name")
+        return made
 
     @cached_property
     def states(self) -> tuple[str, ...]:

@@ -52,7 +52,7 @@ class Actuator:
     @property
     def position(self) -> Term:
         """Where it is [1]."""
-        return held(f"{self.name}_pos")
+        return held(f"{self.name}_position")
 
     @property
     def opening(self) -> Term:
@@ -87,7 +87,7 @@ class Actuator:
     @property
     def positions(self) -> tuple[str, ...]:
         """Columns of its lags; the last one is its position."""
-        return (*(f"{self.name}_lag{k}" for k in range(1, len(self.lags))), f"{self.name}_pos")
+        return (*(f"{self.name}_lag{k}" for k in range(1, len(self.lags))), f"{self.name}_position")
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from typing import final
 
 from homeostat.process.blocks.flowsheet import Flowsheet, FlowsheetError
-from homeostat.process.blocks.term import ZERO, Operand, Term, limited, maximum, number, term
+from homeostat.process.blocks.term import ZERO, Operand, Term, maximum, minimum, number, term
 
 
 @final
@@ -21,7 +21,7 @@ class Vessel:
     """What is in one vessel; its methods add what flows, heats and reacts."""
 
     def __init__(self, sheet: Flowsheet, name: str, unit: str, start: Operand, heel: float = 0.1) -> None:
-        """States ``NAME_V`` [``unit``] from ``start`` on; an outflow fades over the last ``heel`` of it."""
+        """State ``NAME_V`` [``unit``] from ``start`` on; something is divided by no less than ``heel`` of it."""
         if not 0.0 < heel < float("inf"):
             raise FlowsheetError(f"vessel {name}: heel = {heel} {unit} must be more than 0")
         self.name = name
@@ -42,8 +42,9 @@ class Vessel:
 
     @property
     def wet(self) -> Term:
-        """Its volume where something is divided by it: never less than a tenth of the heel."""
-        return maximum(self.volume, 0.1 * self._heel)
+        """Its volume where something is divided by it: never less than the heel, or than what comes in in a second."""
+        inflow = sum((flow for flow, _, _ in self._inflows), ZERO)
+        return maximum(self.volume, maximum(self._heel, inflow * number(1.0, "s")))
 
     def heated(self, start: Operand, capacity: Operand, unit: str = "K") -> Term:
         """Keep account of its temperature [``unit``]; ``capacity``: heat that a unit of volume takes up per kelvin."""
@@ -66,8 +67,8 @@ class Vessel:
         self._inflows.append((flow, None if temperature is None else term(temperature), concentrations))
 
     def draw(self, flow: Term) -> Term:
-        """``flow`` leaves, as far as there is anything left; gives what does."""
-        out = flow * limited(self.volume / self._heel, 0.0, 1.0)
+        """``flow`` leaves, and never more than half of what is there in a second; gives what does."""
+        out = minimum(flow, self.volume / number(2.0, "s"))
         self._outflows.append(out)
         return out
 

@@ -19,6 +19,7 @@ from homeostat.knowledge.checks.units import unknown_units
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.store.store import GraphStore
+from homeostat.plants.equations import unit_mistakes
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.baselines import read_baselines, refuse_altered
 from homeostat.plants.files.folder import BASELINES
@@ -105,6 +106,7 @@ def _misfits(plant: PlantGraph, described: PlantDescription) -> Iterator[str]:
     """Where the graph, settings or reference values do not fit the plant's process model."""
     model = find_model(plant.files, plant.settings.model, described)
     yield from map(str, inconsistencies(described, interface(model, plant.settings.twin.settings.horizon_s)))
+    yield from unit_mistakes(plant.name, described, model)
     try:
         refuse_misfit(plant.name, completed(plant.name, plant.settings, described), described, model)
         if BASELINES in plant.files.contents:
