@@ -1,0 +1,80 @@
+"""Where a plant's tables state a thing: file and row of what a check knows by its name."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final, final
+
+from homeostat.evaluate.lint.finding import Place
+from homeostat.knowledge.build.tables.check import FOLDER, SCHEMAS
+from homeostat.knowledge.build.tables.reading import Rows, read_rows
+from homeostat.knowledge.store.error import GraphError
+from homeostat.plants.files.folder import SETTINGS
+
+_TABLES: Final[Mapping[str, tuple[str, str]]] = {
+    "tag": ("signals", "tag"),
+    "parameter": ("parameters", "symbol"),
+    "component": ("equipment", "id"),
+    "loop": ("loops", "id"),
+    "equation": ("equations", "id"),
+    "state": ("states", "id"),
+    "transition": ("transitions", "id"),
+    "limit": ("limits", "id"),
+    "criterion": ("criteria", "id"),
+    "fallback": ("fallbacks", "strategy"),
+    "trip of limit": ("trips", "limit"),
+    "start-up limit": ("start_up", "limit"),
+    "quality of tag": ("quality", "tag"),
+    "writable tag": ("writables", "tag"),
+    "price of": ("prices", "item"),
+    "fault": ("faults", "id"),
+    "feature": ("features", "id"),
+    "symptom": ("symptoms", "id"),
+}
+"""What a check calls a thing -> the table that states it, and the column of its name."""
+_ROW: Final = re.compile(r"(?P<file>[\w-]+\.csv) row (?P<row>\d+)(?: \((?P<key>.*)\))?$")
+_NAMED: Final = re.compile(r"(?P<kind>[\w -]+?) '(?P<name>.*)'$")
+
+
+@final
+class Places:
+    """The rows of one plant's tables."""
+
+    def __init__(self, folder: Path) -> None:
+        """Read what can be read of the tables in ``folder``; what cannot be has no rows."""
+        self._tables: dict[str, Rows] = {}
+        for name in SCHEMAS:
+            try:
+                self._tables[name] = read_rows(folder / FOLDER / f"{name}.csv")
+            except GraphError:
+                self._tables[name] = Rows((), ())
+
+    def row(self, table: str, **cells: str) -> Place:
+        """The first row of ``table`` that has all these ``cells``, by column; the table where there is none."""
+        key = " ".join(cells.values())
+        for line, row in enumerate(self._tables[table].rows, start=2):
+            if all(row.get(column) == cell for column, cell in cells.items()):
+                return Place(f"{FOLDER}/{table}.csv", line, key)
+        return Place(f"{FOLDER}/{table}.csv", None, key)
+
+    def thing(self, thing: str) -> Place:
+        """Where ``thing`` is stated, as a message names it: ``limit 'LIM-T-HIGH'``, ``trips.csv row 2 ('x')``."""
+        if stated := _ROW.match(thing):
+            return Place(f"{FOLDER}/{stated['file']}", int(stated["row"]), (stated["key"] or "").strip("'"))
+        if (named := _NAMED.match(thing)) and named["kind"] in _TABLES:
+            table, column = _TABLES[named["kind"]]
+            return self.row(table, **{column: named["name"]})
+        if thing.endswith(".csv"):
+            return Place(f"{FOLDER}/{thing}")
+        return Place(f"{FOLDER}/*.csv", None, thing)
+
+
+def setting(message: str) -> tuple[Place, str]:
+    """Place and rest of a message about settings: ``site/case.toml: twin, errors: there is ...``."""
+    rest = message.partition(f"/{SETTINGS}: ")[2] or message
+    keys, separator, said = rest.partition(": ")
+    if separator and re.fullmatch(r"[\w'., -]+", keys):
+        return Place(SETTINGS, None, keys), said
+    return Place(SETTINGS), rest
