@@ -68,7 +68,16 @@ class Places:
             return self.row(table, **{column: named["name"]})
         if thing.endswith(".csv"):
             return Place(f"{FOLDER}/{thing}")
-        return Place(f"{FOLDER}/*.csv", None, thing)
+        return self._of_graph(thing)
+
+    def _of_graph(self, name: str) -> Place:
+        """Where that of a name in the graph is stated: ``feature_F-MASS``, ``B204``."""
+        for kind, (table, column) in _TABLES.items():
+            known = {row.get(column) for row in self._tables[table].rows}
+            for short in (name, name.removeprefix(f"{kind.replace(' ', '_')}_")):
+                if short in known:
+                    return self.row(table, **{column: short})
+        return Place(f"{FOLDER}/*.csv", None, name)
 
 
 def setting(message: str) -> tuple[Place, str]:

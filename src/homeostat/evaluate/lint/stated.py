@@ -10,7 +10,7 @@ from pyoxigraph import NamedNode
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.evaluate.lint.finding import Finding, Place, Severity, split
 from homeostat.evaluate.lint.places import Places, setting
-from homeostat.knowledge.build.build import GRAPH
+from homeostat.knowledge.build.build import GRAPH, build
 from homeostat.knowledge.build.provenance import stale_tables
 from homeostat.knowledge.build.tables.check import mistakes
 from homeostat.knowledge.checks.conformance import check_shapes
@@ -57,7 +57,12 @@ def _findings(files: PlantFiles, places: Places) -> Iterator[Finding]:
     if any(finding.counts for finding in wrong):
         return  # what follows would blame what was made of them
     settings = read_settings(files)
-    store = open_graph(with_fresh_graph(files, kept=False).contents[GRAPH])
+    try:
+        store = open_graph(with_fresh_graph(files, kept=False).contents[GRAPH])
+    except GraphError as error:
+        yield of_mistake("graph", error, places)
+        return
+    yield from _other_than_built(files)
     yield from _graph(store, places)
     try:
         described = read_plant(store, NamedNode(settings.system))
@@ -105,12 +110,22 @@ def _generated(files: PlantFiles) -> Iterator[Finding]:
         yield Finding(Severity.NOTE, "generated", Place(GRAPH), what, remedy)
 
 
+def _other_than_built(files: PlantFiles) -> Iterator[Finding]:
+    """A graph that is not what its tables make, although it says that they have not changed."""
+    graph = files.contents.get(GRAPH)
+    if graph is None or stale_tables(files.folder, graph) or build(files.folder) == graph:
+        return
+    what = "is not what its tables make: another version built it, or it was altered and given a new hash"
+    remedy = f"run 'python -m homeostat.knowledge.build {files.folder}'"
+    yield Finding(Severity.ERROR, "generated", Place(GRAPH), what, remedy)
+
+
 def _graph(store: GraphStore, places: Places) -> Iterator[Finding]:
     for mistake in lint(store):
         what, remedy = split(mistake.message, CORRECT)
         yield Finding(Severity.ERROR, "graph", places.thing(mistake.thing), what, remedy)
     for broken in check_shapes(store):
-        yield Finding(Severity.ERROR, "graph", Place(GRAPH, None, broken.focus), str(broken), CORRECT)
+        yield Finding(Severity.ERROR, "graph", places.thing(broken.focus), str(broken), CORRECT)
     for finding in injection_findings(store):
         what = f"reads as if it were written for a language model: {finding}"
         yield Finding(Severity.NOTE, "texts", Place(GRAPH), what, "say it plainly")

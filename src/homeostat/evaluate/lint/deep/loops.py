@@ -22,6 +22,10 @@ SHAKES: Final = 0.1
 """Standard deviation, as a share of its range, by which noise may move an output [1]."""
 SCALES: Final = 2.0
 """Scales of its tag by which a loop may be off its setpoint there [1]."""
+FOLLOWED: Final = 0.63
+"""Share of a small step after which it is followed [1]."""
+SLOWER: Final = 10.0
+"""Multiple of the time for its whole range that a loop may take for a small step [1]."""
 ROUND: Final = 1e-9
 
 
@@ -75,8 +79,8 @@ def _holds(bench: Bench, loop: ControlLoop) -> Finding | None:
 
 
 def _last(course: Course, loop: ControlLoop) -> tuple[np.ndarray, np.ndarray] | None:
-    """Deviation and output at the end of a course; None where it broke or never started."""
-    if course.broke or not np.isfinite(course.started_s):
+    """Deviation and output at the end of a course; None where it broke."""
+    if course.broke:
         return None
     late = course.after((1.0 - LATE) * course.truth.times_s[-1])
     error = (course.true(loop.process_variable) - course.true(loop.setpoint))[late]
@@ -108,13 +112,34 @@ def _follows(bench: Bench, loop: ControlLoop) -> Finding | None:
     late = course.after(course.truth.times_s[-1] - 30.0)
     reached = float((course.true(pv.name) - before)[late].mean())
     if abs(reached - (target - before)) <= 0.2 * size + ROUND:
-        return None
+        return _slow(bench, loop, course, begin_s, target)
     went = "the other way" if reached * (target - before) < 0.0 else f"{abs(reached) / size:.0%} of the way"
     what = (
         f"{pv.name!r} goes {went} within the twin's horizon of {horizon_s:g} s after {sp.name!r} is set from "
         f"{before:g} to {target:g} {sp.unit}: a rollout does not show where loop {loop.name!r} leads"
     )
     remedy = f"correct the gains ({_gains(bench, loop)}), or give [twin] a longer horizon_s"
+    return _finding(bench, loop, what, remedy)
+
+
+def _slow(bench: Bench, loop: ControlLoop, course: Course, begin_s: float, target: float) -> Finding | None:
+    """What the tables say of how fast the equipment follows is what it does."""
+    rule, sp = bench.plant.description.writables.get(loop.setpoint), bench.plant.description.tag(loop.setpoint)
+    if rule is None or rule.fastest is None:
+        return None
+    stated_s = sp.range.span / rule.fastest
+    late = course.after(begin_s)
+    values = course.true(loop.process_variable)[late]
+    there = np.abs(values - target) <= (1.0 - FOLLOWED) * abs(values[0] - target)
+    follows_s = float(np.argmax(there)) if there.any() else float(late.sum())
+    if follows_s <= SLOWER * max(stated_s, 1.0):
+        return None
+    row = bench.places.row("writables", tag=sp.name)
+    what = (
+        f"{loop.process_variable!r} has followed a small step of {sp.name!r} by {FOLLOWED:.0%} after {follows_s:g} s, "
+        f"and fastest = {rule.fastest:g} {sp.unit}/s says that its whole range takes {stated_s:g} s ({row})"
+    )
+    remedy = "correct fastest, the loop's gains, or the time constant of its actuator in parameters.csv"
     return _finding(bench, loop, what, remedy)
 
 

@@ -139,11 +139,12 @@ def _fit(bench: Bench, fault: FaultMode, strategy: FallbackStrategy) -> bool:
 
 def _asked(bench: Bench) -> Iterator[_Asked]:
     """Each fault that violates a hard limit while nobody acts, at its nominal severity, else at its highest."""
-    for fault in bench.plant.description.faults:
+    hard = [limit for limit in bench.plant.description.limits.hard if not bench.quiet.outside(limit).any()]
+    for fault in bench.plant.description.faults:  # a limit that is violated without one was told of already
         for severity in (fault.severity_nominal, fault.severity_range.high):
             course = bench.faulty(fault, severity)
             late = course.after(bench.onset_s)
-            outside = [(limit, course.outside(limit) & late) for limit in bench.plant.description.limits.hard]
+            outside = [(limit, course.outside(limit) & late) for limit in hard]
             hit = [(limit, float(course.truth.times_s[np.argmax(o)])) for limit, o in outside if o.any()]
             for limit, from_s in hit:
                 yield _Asked(fault, severity, limit, from_s)
