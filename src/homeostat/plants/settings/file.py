@@ -24,22 +24,35 @@ def read_settings(files: PlantFiles) -> Settings:
 
     A key that there is not comes before everything else: misspelt, it is why another one is missing.
     """
+    found = _validated(files)
+    if isinstance(found, Settings):
+        return found
+    more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    raise PlantError(f"{found[0]}{more}")
+
+
+def settings_mistakes(files: PlantFiles) -> tuple[str, ...]:
+    """Every mistake in the settings by themselves, one line each, in the order of :func:`read_settings`."""
+    found = _validated(files)
+    return () if isinstance(found, Settings) else found
+
+
+def _validated(files: PlantFiles) -> Settings | tuple[str, ...]:
+    """The settings, or what is wrong with them."""
     where = f"{files.folder.name}/{SETTINGS}"
     try:
         content = tomllib.loads(files.content(SETTINGS).decode("utf-8"))
     except (ValueError, RecursionError) as error:  # TOMLDecodeError, UnicodeDecodeError, a number of 5000 digits
-        raise PlantError(f"{where} is no TOML: {error}") from None
+        return (f"{where} is no TOML: {error}",)
     if "patience" in content:
         if "intervention" in content:
-            raise PlantError(f"{where}: [patience] and [intervention] are two names of one table; keep one of them")
+            return (f"{where}: [patience] and [intervention] are two names of one table; keep one of them",)
         content["intervention"] = content.pop("patience")
     try:
         return Settings.model_validate(content)
     except ValidationError as error:
-        found = error.errors(include_url=False)
-        first = next((e for e in found if e["type"] == "extra_forbidden"), found[0])  # its remedy may cure the others
-        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-        raise PlantError(f"{where}: {_told(first)}{more}") from None
+        found = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
+        return tuple(f"{where}: {_told(each)}" for each in found)  # an unknown key may cure the others
 
 
 def _told(error: ErrorDetails) -> str:

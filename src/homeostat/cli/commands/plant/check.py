@@ -1,0 +1,75 @@
+"""``homeostat plant check``: a lint that knows plants, as text or as JSON."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import asdict
+from typing import Any
+
+from homeostat.domain.quotation import printable
+from homeostat.evaluate.lint.check import Checked, check
+from homeostat.evaluate.lint.child import Begun
+from homeostat.evaluate.lint.deep.faults import Outlook
+from homeostat.evaluate.lint.finding import Finding
+
+
+def carry_out(options: argparse.Namespace) -> int:
+    """Print every finding; 1 where one counts."""
+    checked = check(options.case, options.deep, _Progress())
+    if options.json:
+        print(json.dumps(_as_json(options.case, checked), indent=1))
+    else:
+        for line in _lines(options.case, checked):
+            print(printable(line))
+    return 0 if checked.clean else 1
+
+
+def _lines(case: str, checked: Checked) -> list[str]:
+    counted = sum(finding.counts for finding in checked.findings)
+    notes = len(checked.findings) - counted
+    told = "clean" if not counted else f"{counted} finding{'' if counted == 1 else 's'}"
+    said = f", {notes} note{'' if notes == 1 else 's'}" if notes else ""
+    outlooks = [_outlook(each) for each in checked.outlooks]
+    return [*map(str, checked.findings), *outlooks, f"{case}: {told}{said}"]
+
+
+def _outlook(each: Outlook) -> str:
+    noticed = "not noticed" if each.noticed_s is None else f"noticed after {each.noticed_s:g} s"
+    symptoms = f" ({', '.join(each.symptoms[:3])}{' ...' if each.symptoms[3:] else ''})" if each.symptoms else ""
+    violates = (
+        f", violates {each.violates} after {each.violated_s:g} s" if each.violates else ", violates no hard limit"
+    )
+    alike = f", looks like {', '.join(each.alike)}" if each.alike else ""
+    answers = f", may end in {', '.join(each.answers)}" if each.answers else ", ends in a fallback"
+    return f"fault {each.fault}: {noticed}{symptoms}{violates}{alike}{answers}"
+
+
+def _as_json(case: str, checked: Checked) -> dict[str, Any]:
+    def plain(finding: Finding) -> dict[str, Any]:
+        where = {"file": finding.where.file, "row": finding.where.row, "key": finding.where.key}
+        return {**asdict(finding), "where": where}
+
+    return {
+        "plant": case,
+        "clean": checked.clean,
+        "findings": [plain(finding) for finding in checked.findings],
+        "faults": [asdict(each) for each in checked.outlooks],
+    }
+
+
+class _Progress:
+    """Says on standard error which check has begun; a terminal sees every part of it on one line."""
+
+    def __init__(self) -> None:
+        self._shown = sys.stderr.isatty()
+        self._last = ""
+
+    def __call__(self, begun: Begun) -> None:
+        if self._shown:
+            part = f": {begun.part}" if begun.part else ""
+            print(f"\r\x1b[Kchecking {begun.check}{part}", end="", file=sys.stderr, flush=True)
+        elif begun.check != self._last:
+            print(f"homeostat: checking {begun.check}", file=sys.stderr, flush=True)
+        self._last = begun.check

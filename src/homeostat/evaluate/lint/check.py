@@ -1,0 +1,45 @@
+"""The whole check of a plant's folder: what is stated, then what its code makes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from homeostat.evaluate.lint.checks import DEEP, LOADING
+from homeostat.evaluate.lint.child import Begun, carried_out
+from homeostat.evaluate.lint.deep.faults import Outlook
+from homeostat.evaluate.lint.finding import Finding
+from homeostat.evaluate.lint.stated import stated
+from homeostat.plants.files.folder import read_files
+from homeostat.plants.files.places import plant_folder
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What came of a check."""
+
+    findings: tuple[Finding, ...]
+    """Everything that was found, notes included, in the order in which it was."""
+    outlooks: tuple[Outlook, ...] = ()
+    """What comes of each fault; empty where no simulation came so far."""
+
+    @property
+    def clean(self) -> bool:
+        """Whether nothing was found that counts."""
+        return not any(finding.counts for finding in self.findings)
+
+
+def check(name: str, deep: bool = False, told: Callable[[Begun], None] = lambda begun: None) -> Checked:
+    """Check the plant called ``name``, or the folder that it is a path of; ``deep``: with simulations.
+
+    ``told`` hears which check has begun. The plant's code runs in another process, and nothing is written.
+    Raises PlantError where there is no such plant, or its folder holds what no plant's may.
+    """
+    files = read_files(plant_folder(name))
+    told(Begun("tables"))
+    first = stated(files)
+    if not first.sound:
+        return Checked(first.findings)
+    found = list(carried_out(files.folder, DEEP if deep else LOADING, told))
+    findings = tuple(each for each in found if isinstance(each, Finding))
+    return Checked((*first.findings, *findings), tuple(each for each in found if isinstance(each, Outlook)))

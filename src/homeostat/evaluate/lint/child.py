@@ -1,0 +1,128 @@
+"""A process of its own for checks that run a plant's code: whatever it does there, hang or end, is one finding.
+
+The child says which check it begins; where none is over in the time that it has, the child is killed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Final
+
+from homeostat.evaluate.lint.checks import CHECKS, Check
+from homeostat.evaluate.lint.deep.bench import Bench
+from homeostat.evaluate.lint.deep.faults import Outlook
+from homeostat.evaluate.lint.finding import Finding, Place, Severity
+from homeostat.plants.files.code import told
+from homeostat.plants.files.folder import PlantFiles, read_files
+
+LIMIT_S: Final = 20.0
+"""Longest silence of a check that simulates: a run of a plant takes less than a second [s]."""
+COMPILING_S: Final = 60.0
+"""Longest silence while the process model is made and compiled for the first time [s]."""
+_MEND: Final = "mend the plant's code"
+
+
+@dataclass(frozen=True, slots=True)
+class Begun:
+    """A check has begun, or one of its parts."""
+
+    check: str
+    """Name of the check."""
+    part: str = ""
+    """What is being done; empty at its beginning."""
+
+
+@dataclass(frozen=True, slots=True)
+class Over:
+    """Every check that could be carried out was."""
+
+
+def carried_out(folder: Path, names: tuple[str, ...], told: Callable[[Begun], None]) -> Iterator[Finding | Outlook]:
+    """What the checks called ``names`` find in the plant in ``folder``; ``told`` hears how far they are."""
+    context = get_context("spawn")
+    here, there = context.Pipe(duplex=False)
+    process = context.Process(target=_serve, args=(there, str(folder), names), daemon=True)
+    process.start()
+    there.close()
+    now, limit_s = Begun(names[0]), COMPILING_S
+    try:
+        while here.poll(limit_s):
+            said = here.recv()
+            match said:
+                case Begun():
+                    now, limit_s = said, COMPILING_S if CHECKS[said.check].compiles else LIMIT_S
+                    told(said)
+                case Over():
+                    return
+                case _:
+                    yield said
+        what = (
+            f"the plant's code does not answer for {limit_s:g} s in {_doing(now)}; what comes after it is not checked"
+        )
+        yield _stopped(folder, now, what.replace(";", ","))
+    except EOFError:
+        process.join(LIMIT_S)
+        what = f"the plant's code ends the process, with status {process.exitcode}, in {_doing(now)}"
+        yield _stopped(folder, now, what)
+    finally:
+        process.kill()
+        process.join()
+        here.close()
+
+
+def _doing(now: Begun) -> str:
+    return f"the check {now.check!r}" + (f" ({now.part})" if now.part else "")
+
+
+def _stopped(folder: Path, now: Begun, what: str) -> Finding:
+    names = sorted(name for name in read_files(folder).own_code if "/" not in name)
+    place = Place("process.py" if "process.py" in names or not names else names[0])
+    return Finding(Severity.ERROR, now.check, place, what, f"{_MEND}, or say in it what it cannot do")
+
+
+def _serve(pipe: Connection, folder: str, names: tuple[str, ...]) -> None:
+    """The child: carry the checks out in their order, until one that others rely on finds something."""
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # a plant may print; results are the parent's to show
+    here = Path(folder)
+    with contextlib.suppress(BrokenPipeError):
+        doing = [names[0]]
+        bench = Bench(here, lambda part: pipe.send(Begun(doing[0], part)))
+        for name in names:
+            doing[0] = name
+            pipe.send(Begun(name))
+            wrong = False
+            for found in _found(CHECKS[name], bench):
+                pipe.send(found)
+                wrong = wrong or (isinstance(found, Finding) and found.severity is Severity.ERROR)
+            if wrong and CHECKS[name].others_rely:
+                break
+        pipe.send(Over())
+
+
+def _found(check: Check, bench: Bench) -> Iterator[Finding | Outlook]:
+    """What a check finds; what the plant's code raises meanwhile is a finding, too."""
+    try:
+        yield from check.carry_out(bench)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as broken:  # it is anybody's code
+        files = read_files(bench.folder)
+        place, what = _raised(files, broken)
+        yield Finding(Severity.ERROR, check.name, place, f"{what} in the check {check.name!r}", _MEND)
+
+
+def _raised(files: PlantFiles, broken: BaseException) -> tuple[Place, str]:
+    """The line of the plant's own code that something came from, and what it is."""
+    text = told(files, broken).replace("; ", ", ")
+    where, separator, what = text.partition(": ")
+    name, _, line = where.partition(", line ")
+    if separator and line.isdigit():
+        return Place(name, int(line)), what
+    return Place("process.py" if "process.py" in files.own_code else "case.toml"), text

@@ -1,0 +1,81 @@
+"""Do mass and energy close? What the tables say a balance gains and loses is held against what the model stores.
+
+A feature with an accumulation is such a balance. Without noise and with the best estimates of the parameters it closes,
+but for what the tables leave out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from homeostat.domain.diagnosis import Feature
+from homeostat.evaluate.lint.deep.bench import Bench
+from homeostat.evaluate.lint.deep.course import Course
+from homeostat.evaluate.lint.finding import Finding, Severity
+from homeostat.process.types import Vec
+from homeostat.stl import tree
+from homeostat.stl.formula import Expression
+from homeostat.stl.text import render
+
+OPEN: Final = 0.02
+"""Share of what goes in and out that a balance may leave unexplained [1]."""
+
+
+def balances(bench: Bench) -> Iterator[Finding]:
+    """Every balance that does not close on the fault-free course."""
+    bench.told("balances")
+    for feature in bench.plant.description.features:
+        if feature.accumulation is not None:
+            yield from _closes(bench, feature)
+
+
+def _closes(bench: Bench, feature: Feature) -> Iterator[Finding]:
+    course = bench.quiet
+    from_s = course.settled_s if course.settled_s < course.truth.times_s[-1] else 0.0
+    late = course.after(from_s)
+    assert feature.accumulation is not None
+    stored = _values(course, feature.accumulation.root)[late]
+    rate, gross = _values(course, feature.expression.root)[late], _gross(course, feature.expression.root)[late]
+    window = max(int(feature.window_s), 1)
+    if stored.size <= window or not np.isfinite(stored).all() or not np.isfinite(rate).all():
+        return
+    gained = stored[window:] - stored[:-window]
+    brought = _sums(rate, window)
+    left = np.abs(gained - brought).mean()
+    moved = max(float(_sums(gross, window).mean()), 1e-12)
+    if left > OPEN * moved and left > 0.5 * _noticed(bench, feature):
+        what = (
+            f"'{feature.expression}' does not bring what '{feature.accumulation}' gains: in {window} s "
+            f"of a healthy course {left:.4g} {feature.unit} are left over, {left / moved:.1%} of what goes in and out"
+        )
+        remedy = "correct the balance in the table, or the equation of the model that loses it"
+        yield Finding(Severity.ERROR, "balances", bench.places.row("features", id=feature.name), what, remedy)
+
+
+def _noticed(bench: Bench, feature: Feature) -> float:
+    """Least deviation of the feature that a symptom counts; half of it is left to what tables leave out."""
+    rules = [rule.threshold for rule in bench.plant.description.symptom_rules if rule.feature == feature.name]
+    return min(rules, default=0.0)
+
+
+def _values(course: Course, node: tree.Arithmetic) -> Vec:
+    """True values of a term, shape (times,)."""
+    times = course.truth.times_s.size
+    found: Vec = np.broadcast_to(Expression(render(node), node).evaluate(course.truth.signals), (1, times))[0]
+    return found
+
+
+def _gross(course: Course, node: tree.Arithmetic) -> Vec:
+    """What all its parts move, whether in or out, shape (times,)."""
+    if isinstance(node, tree.Binary) and node.operator in "+-":
+        return _gross(course, node.left) + _gross(course, node.right)
+    return np.abs(_values(course, node))
+
+
+def _sums(values: Vec, window: int) -> Vec:
+    """Sums of ``window`` values after each one but the last ones."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    return np.asarray(total[window + 1 :] - total[1:-window])

@@ -1,0 +1,124 @@
+"""One simulated course of a plant: what its instruments said, what was true, and the states that it came through."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.plant.limits import Limit
+from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.snapshot import Snapshot, Trajectory
+from homeostat.evaluate.score.limits_in_force import LimitsInForce
+from homeostat.guard.sequence.sequencer import Sequencer
+from homeostat.links.simulated import SimulatedLink
+from homeostat.links.truth.process import PlantConfiguration, TrueProcess
+from homeostat.plants.assembly import new_sequencer
+from homeostat.plants.plant import Plant
+from homeostat.process.batch import ProcessError
+from homeostat.process.types import Vec
+
+Act: TypeAlias = Callable[[Snapshot], ActionSet | None]
+"""What is carried out after a snapshot in place of the recipe, once and for all; None for not yet."""
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """What came of one simulated run in which nobody acts but the recipe, or one set of actions."""
+
+    plant: Plant
+    """The plant."""
+    seen: tuple[Snapshot, ...]
+    """What its instruments said, one snapshot per second."""
+    truth: Trajectory
+    """True values, one member."""
+    states: tuple[tuple[str, float], ...]
+    """States of the machine, each with the process time at which it was entered [s]."""
+    acted_s: float
+    """When the actions were commanded [s]; infinite where none were."""
+    broke: str
+    """Why it ended early; empty where it did not."""
+
+    @property
+    def started_s(self) -> float:
+        """End of start-up [s]; infinite where there was none."""
+        rules = self.plant.description.start_up.states
+        return next((at_s for state, at_s in self.states if state not in rules), math.inf)
+
+    @property
+    def settled_s(self) -> float:
+        """When it is judged from: start-up and what monitoring waits are over [s]."""
+        return self.started_s + self.plant.monitoring.settle_s
+
+    def true(self, tag: str) -> Vec:
+        """True values of ``tag``, shape (times,)."""
+        return np.asarray(self.truth.signals[tag][0])
+
+    def read(self, tag: str) -> Vec:
+        """What the instrument of ``tag`` said, shape (times,)."""
+        return np.array([snapshot.values[tag] for snapshot in self.seen])
+
+    def after(self, at_s: float) -> NDArray[np.bool_]:
+        """Which moments are later than ``at_s`` [s], shape (times,)."""
+        return np.asarray(self.truth.times_s > at_s)
+
+    def margins(self, limit: Limit) -> Vec:
+        """True margin of ``limit`` at every moment, that of start-up while it lasts, shape (times,)."""
+        return LimitsInForce.after(self.plant.description, self.started_s).margins(limit, self.truth)
+
+    def outside(self, limit: Limit) -> NDArray[np.bool_]:
+        """At which moments ``limit`` is violated, shape (times,)."""
+        return ~(self.margins(limit) >= 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """How a course is run."""
+
+    parameters: Vec
+    """True parameters, shape (parameters,)."""
+    noise: float = 0.0
+    """Scale of all noise."""
+    seed: int = 1
+    """Seed of it."""
+    faults: tuple[FaultState, ...] = ()
+    """What is wrong."""
+    end_s: float | None = None
+    """Its end [s]; that of the plant's runs where None."""
+
+
+def run(plant: Plant, setting: Setting, act: Act = lambda seen: None) -> Course:
+    """Simulate; where the plant leaves the physical world, the course ends and says so."""
+    end_s = plant.end_s if setting.end_s is None else setting.end_s
+    own = (setting.parameters, plant.start, setting.faults, end_s, setting.seed, setting.noise)
+    process = TrueProcess(plant.model, plant.description, PlantConfiguration(*own))
+    recipe = _Recipe(new_sequencer(plant), act)
+    link = SimulatedLink(process, recipe=recipe)
+    seen, broke = [], ""
+    try:
+        while not link.ended:
+            seen.append(link.advance())
+    except ProcessError as error:
+        broke = str(error)
+    truth = process.truth() if seen else Trajectory(1.0, 1.0, {})
+    return Course(plant, tuple(seen), truth, tuple(recipe.sequencer.drain()), recipe.acted_s, broke)
+
+
+class _Recipe:
+    """The plant's own recipe until something else is carried out."""
+
+    def __init__(self, sequencer: Sequencer, act: Act) -> None:
+        self.sequencer, self._act, self.acted_s = sequencer, act, math.inf
+
+    def __call__(self, seen: Snapshot) -> tuple[Command, ...]:
+        actions = self._act(seen) if math.isinf(self.acted_s) else None
+        if actions is None:
+            return self.sequencer.sample(seen)
+        self.acted_s = seen.at_s
+        self.sequencer.load(actions, seen.at_s, aborting=True)
+        return actions.commands

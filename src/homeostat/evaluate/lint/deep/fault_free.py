@@ -1,0 +1,143 @@
+"""The fault-free plant starts, comes through its recipe, settles, breaks no limit and shows no symptom."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from homeostat.domain.plant.description import Relation
+from homeostat.domain.plant.limits import Limit, LimitKind
+from homeostat.evaluate.lint.deep.bench import Bench
+from homeostat.evaluate.lint.deep.contract import module_file
+from homeostat.evaluate.lint.deep.course import Course
+from homeostat.evaluate.lint.deep.symptoms import first_symptoms
+from homeostat.evaluate.lint.finding import Finding, Place, Severity
+from homeostat.plants.assembly import nominal
+
+OUTSIDE: Final = 0.01
+"""Share of the time for which a true value may be outside its instrument's range [1]."""
+
+
+def fault_free(bench: Bench) -> Iterator[Finding]:
+    """What is wrong with the plant while nothing is wrong; each thing once, however many courses show it."""
+    seen = set[str]()
+    for course in _courses(bench):
+        for finding in _findings(bench, course):
+            if str(finding.where) not in seen:
+                seen.add(str(finding.where))
+                yield finding
+
+
+def _courses(bench: Bench) -> Iterator[Course]:
+    bench.told("the fault-free plant")
+    yield bench.quiet
+    yield from bench.noisy
+
+
+def _findings(bench: Bench, course: Course) -> Iterator[Finding]:
+    if course.broke:
+        what = f"the fault-free plant breaks: {course.broke}"
+        place = Place(module_file(bench), None, "kernel")
+        yield Finding(Severity.ERROR, "fault-free", place, what, "mend the equations, or the parameters in the tables")
+        return
+    yield from _route(bench, course)
+    yield from _limits(bench, course)
+    yield from _ranges(bench, course)
+    yield from _states(bench, course)
+
+
+def _route(bench: Bench, course: Course) -> Iterator[Finding]:
+    """What the recipe does by itself is done to its end."""
+    steps = nominal(bench.plant)
+    if len(course.states) >= len(steps):
+        return
+    step = steps[len(course.states)]
+    at_s = course.states[-1][1] if course.states else 0.0
+    signals = {tag: values[:, course.after(at_s)] for tag, values in course.truth.signals.items()}
+    nearest = float(np.max(step.transition.guard.margins(signals, 1.0), initial=-math.inf))
+    what = (
+        f"the fault-free plant does not come from {step.transition.source!r} to {step.target!r} "
+        f"in {bench.plant.end_s:g} s: '{step.transition.guard}' never holds while no permissive forbids it, and its "
+        f"margin is {nearest:.4g} {step.transition.guard.unit} at best"
+    )
+    place = bench.places.row("transitions", id=step.transition.name)
+    remedy = "correct the guard, the setpoints or the model, or give the run more time (end_s)"
+    yield Finding(Severity.ERROR, "fault-free", place, what, remedy)
+
+
+def _limits(bench: Bench, course: Course) -> Iterator[Finding]:
+    for limit in bench.plant.description.limits.limits:
+        if limit.kind is LimitKind.PERMISSIVE:
+            continue
+        outside = course.outside(limit)
+        if outside.any():
+            yield _violated(bench, course, limit, outside)
+
+
+def _violated(bench: Bench, course: Course, limit: Limit, outside: np.ndarray) -> Finding:
+    margins = course.margins(limit)
+    first_s = float(course.truth.times_s[np.argmax(outside)])
+    starts = first_s <= course.started_s and limit.name in bench.plant.description.start_up.limits
+    place = bench.places.row("start_up", limit=limit.name) if starts else bench.places.row("limits", id=limit.name)
+    what = (
+        f"{limit.name} does not hold in the fault-free plant: '{limit.formula}' is violated for {int(outside.sum())} "
+        f"s, first at {first_s:g} s, by up to {-np.nanmin(margins):.4g} {limit.formula.unit}"
+    )
+    remedy = "correct the limit, the setpoints in setpoints.csv, or the model"
+    return Finding(Severity.ERROR, "fault-free", place, what, remedy)
+
+
+def _ranges(bench: Bench, course: Course) -> Iterator[Finding]:
+    """What is truly there can be shown."""
+    for signal in bench.plant.description.signals:
+        tag, values = signal.tag, course.true(signal.tag.name)
+        if signal.relation is not Relation.MEASURES or not np.isfinite(values).any():
+            continue
+        outside = (values < tag.range.low) | (values > tag.range.high)
+        if outside.mean() > OUTSIDE:
+            worst = values[int(np.argmax(np.maximum(tag.range.low - values, values - tag.range.high)))]
+            what = (
+                f"the true {tag.name!r} is outside its instrument's range {tag.range.low:g} to {tag.range.high:g} "
+                f"{tag.unit} for {int(outside.sum())} s of the fault-free course, as far as {worst:.4g} {tag.unit}"
+            )
+            place = bench.places.row("signals", tag=tag.name)
+            yield Finding(Severity.ERROR, "fault-free", place, what, "correct the range, or the parameters behind it")
+
+
+def _states(bench: Bench, course: Course) -> Iterator[Finding]:
+    """States that are reached settle, and start-up is over in its time."""
+    d = bench.plant.description
+    ends = [*(at_s for _, at_s in course.states[1:]), math.inf]
+    for (name, from_s), to_s in zip(course.states, ends, strict=True):
+        state = d.machine.state(name)
+        during = course.after(from_s - 1.0) & (course.truth.times_s <= to_s)
+        signals = {tag: values[:, during] for tag, values in course.truth.signals.items()}
+        if not during.any() or (state.settled_when.margins(signals, 1.0) >= 0.0).any():
+            continue
+        what = f"{name!r} is entered at {from_s:g} s, but '{state.settled_when}' holds at no moment of it"
+        place = bench.places.row("states", id=name)
+        yield Finding(Severity.ERROR, "fault-free", place, what, "correct settled_when, or the setpoints of the state")
+    for name, longest_s in d.start_up.longest_s.items():
+        if math.isfinite(course.started_s) and course.started_s > longest_s:
+            what = f"start-up takes {course.started_s:g} s, more than start_up_s = {longest_s:g} s"
+            place = bench.places.row("states", id=name)
+            yield Finding(Severity.ERROR, "fault-free", place, what, "give it twice the longest fault-free start")
+
+
+def healthy_symptoms(bench: Bench) -> Iterator[Finding]:
+    """Symptoms that the fault-free plant shows."""
+    seen = set[str]()
+    for course in bench.noisy:
+        for rule, shown in first_symptoms(bench, course, course.settled_s).items():
+            if shown.confirmed_s is None or rule.name in seen:
+                continue
+            seen.add(rule.name)
+            what = (
+                f"the fault-free plant shows {rule.name!r} at {shown.confirmed_s:g} s: its feature deviates by "
+                f"{shown.largest:.3g} times the threshold, {shown.threshold:.4g}"
+            )
+            place = bench.places.row("symptoms", id=rule.name)
+            yield Finding(Severity.ERROR, "symptoms", place, what, "raise sigma, threshold or on_delay_s")

@@ -1,0 +1,187 @@
+"""Can a twin follow the plant with this model: estimates, replays of what was commanded, and control that resumes?
+
+All of it on the plant's own fault-free course without noise, where a model that is right is right exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from homeostat.domain.plant.description import Relation
+from homeostat.evaluate.lint.deep.bench import Bench
+from homeostat.evaluate.lint.deep.contract import of_model
+from homeostat.evaluate.lint.finding import Finding
+from homeostat.process.batch import Batch, simulate
+from homeostat.process.types import Table, Vec
+from homeostat.twin.carried import Carried
+from homeostat.twin.history import History, Window
+from homeostat.twin.replay import replay
+
+LOOKS: Final = (0.4, 0.6, 0.8)
+"""Shares of the course after which it is looked at [1]."""
+SAME: Final = 0.01
+"""Share of a tag's range by which an estimate may be off [1]."""
+BUMP: Final = 0.01
+"""Share of an output's range by which control may jump where it resumes [1]."""
+LATEST_S: Final = 300
+"""Readings from which control resumes [s]."""
+
+
+class Moment(NamedTuple):
+    """One moment of the quiet course."""
+
+    row: int
+    """How many seconds of it there are before this one."""
+    window: Window
+    """All that was read until then."""
+    state: Vec
+    """The true state, shape (states,)."""
+
+
+def following(bench: Bench) -> Iterator[Finding]:
+    """Every trouble that a twin would have, each once."""
+    bench.told("what a twin needs")
+    seen, found = set[tuple[str, str]](), _findings(bench)
+    for finding in found:
+        key = (str(finding.where), finding.remedy)
+        if key not in seen:
+            seen.add(key)
+            yield finding
+
+
+def _findings(bench: Bench) -> Iterator[Finding]:
+    for moment in moments(bench):
+        wrong = [*_estimate(bench, moment)]
+        yield from wrong
+        if not wrong:
+            yield from _replayed(bench, moment)
+            yield from _resumed(bench, moment)
+
+
+def moments(bench: Bench) -> Iterator[Moment]:
+    """Some moments of the quiet course, with the true states."""
+    plant, course = bench.plant, bench.quiet
+    history = History(plant.description.variables, plant.model.inputs, plant.twin.settle_rows, len(course.seen))
+    for snapshot in course.seen:
+        history.append(snapshot)
+    whole = history.whole
+    states = simulate(plant.model.kernel, batch_of(bench, whole, plant.model.initial_state(bench.nominal))).record[0]
+    for share in LOOKS:
+        row = int(share * (whole.length - 2))
+        yield Moment(row, _part(whole, 0, row + 1), states[row])
+
+
+def batch_of(bench: Bench, window: Window, state: Vec, start_s: float = 0.0) -> Batch:
+    """One member along the inputs of ``window`` from ``state`` on."""
+    model = bench.plant.model
+    none, one = np.zeros((1, len(model.faults))), np.zeros(1)
+    return Batch(
+        state=state[None].copy(),
+        parameters=bench.nominal[None],
+        severity=none,
+        onset_s=np.full_like(none, np.inf),
+        inputs=window.inputs[None],
+        input_of=np.zeros(1, dtype=np.int64),
+        start_s=start_s,
+        steps=window.length,
+        stride=1,
+        record=tuple(range(len(model.states))),
+        seeds=np.zeros(1, dtype=np.int64),
+        process_noise=one,
+        sensor_noise=one,
+    )
+
+
+def _part(window: Window, first: int, last: int) -> Window:
+    """Rows ``first`` to ``last`` - 1."""
+    readings = {name: column[first:last] for name, column in window.readings.items()}
+    return Window(window.start_s + first, readings, window.inputs[first:last], window.settle_rows)
+
+
+def _estimate(bench: Bench, moment: Moment) -> Iterator[Finding]:
+    """An estimate shows the readings that it was made from, and the truth is what they say."""
+    model, d = bench.plant.model, bench.plant.description
+    inputs = moment.window.inputs[-1]
+    read = model.readings(moment.state, inputs)
+    estimate = model.estimate(read)
+    again = model.readings(estimate, inputs)
+    ahead = Window(moment.window.end_s, {}, inputs[None])
+    pair = np.stack([moment.state, estimate])
+    later = np.stack([simulate(model.kernel, batch_of(bench, ahead, s, ahead.start_s)).state[0] for s in pair])
+    truth = model.truth(np.stack([pair, later], axis=1), np.tile(inputs, (2, 2, 1)))  # some follow from a step only
+    for signal in d.signals:
+        name, tag = signal.variable, signal.tag
+        allowed = SAME * tag.range.span
+        shown = abs(again[name] - read[name])
+        if shown > allowed:
+            what = (
+                f"from {name!r} = {read[name]:.6g} {tag.unit} it makes a state that shows {again[name]:.6g} {tag.unit}"
+            )
+            yield of_model(bench, "following", "estimate", f"at {moment.row + 1} s {what}", _TAKE.format(name=name))
+        elif signal.relation is Relation.MEASURES and np.abs(np.diff(truth[name], axis=0)).min() > allowed:
+            values = f"{truth[name][0, 0]:.6g} {tag.unit}, the state that it makes {truth[name][1, 0]:.6g} {tag.unit}"
+            what = f"at {moment.row + 1} s the true {name!r} is {values}"
+            yield of_model(bench, "following", "estimate", what, _TAKE.format(name=name))
+
+
+_TAKE: Final = "let the state that {name!r} shows be what was read"
+
+
+def _replayed(bench: Bench, moment: Moment) -> Iterator[Finding]:
+    """The model driven by what was recorded shows what was read, to the errors that the settings state."""
+    plant = bench.plant
+    seconds = min(plant.twin.replay_s, moment.window.length)
+    window = _part(moment.window, moment.window.length - seconds, moment.window.length)
+    names = tuple(plant.twin.errors)
+    none = np.zeros((1, len(plant.model.faults)))
+    healthy = Carried(none, np.full_like(none, np.inf), ((),))
+    shown = replay(plant.model, window, bench.nominal[None], healthy, names).predicted[0]
+    for k, name in enumerate(names):
+        noise, error = plant.twin.errors[name]
+        off = np.abs(shown[:, k] - window.readings[name][1:])
+        moved = plant.twin.gain_error * float(np.ptp(window.readings[name]))
+        late = plant.twin.lag_error_s * float(np.abs(np.diff(window.readings[name])).max(initial=0.0))
+        allowed = noise + error + moved + late
+        worst = int(np.argmax(off))
+        if float(np.sqrt(np.mean(off**2))) > allowed:
+            what = (
+                f"a replay of the {seconds} s before {moment.row + 1} s misses {name!r} by up to {off[worst]:.3g}, "
+                f"more than the {allowed:.3g} that [twin] states of its errors"
+            )
+            yield of_model(
+                bench, "following", "replay_inputs", what, "let estimate and replay_inputs follow what was recorded"
+            )
+
+
+def _resumed(bench: Bench, moment: Moment) -> Iterator[Finding]:
+    """From a state that knows the last readings alone, the next commands are those of the plant that went on."""
+    model, d = bench.plant.model, bench.plant.description
+    window = _part(moment.window, max(0, moment.window.length - LATEST_S), moment.window.length)
+    states: Table = model.estimate(window.at(-1))[None].copy()
+    parameters = bench.nominal[None].copy()
+    model.resume(states, window.readings, parameters)
+    inputs = window.inputs[-1:]
+    ahead = Window(window.end_s, {}, inputs)
+    went = _next(bench, ahead, moment.state, window.end_s)
+    resumed = _next(bench, ahead, states[0], window.end_s)
+    for loop in d.loops:
+        name, tag = d.variables[loop.manipulated_variable], d.tag(loop.manipulated_variable)
+        jump = abs(resumed[name] - went[name])
+        if not jump <= BUMP * tag.range.span:
+            what = (
+                f"where control goes on at {moment.row + 1} s, loop {loop.name!r} commands {tag.name!r} = "
+                f"{resumed[name]:.4g} {tag.unit} instead of {went[name]:.4g} {tag.unit}"
+            )
+            yield of_model(
+                bench, "following", "resume", what, "set the controller's memory so that its output goes on as it was"
+            )
+
+
+def _next(bench: Bench, ahead: Window, state: Vec, start_s: float) -> Mapping[str, float]:
+    """Readings one second later."""
+    model = bench.plant.model
+    after = simulate(model.kernel, batch_of(bench, ahead, state, start_s)).state[0]
+    return model.readings(after, ahead.inputs[0])

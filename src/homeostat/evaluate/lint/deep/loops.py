@@ -1,0 +1,153 @@
+"""Loops: are the signs of their gains right, do they come to their setpoints, and do they stand still there?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from homeostat.domain.plant.description import ControlLoop
+from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.snapshot import Snapshot
+from homeostat.evaluate.lint.deep.bench import Bench
+from homeostat.evaluate.lint.deep.course import Course
+from homeostat.evaluate.lint.finding import Finding, Place, Severity
+
+LATE: Final = 0.2
+"""Share of a course at its end in which a loop has to stand still [1]."""
+STILL: Final = 0.05
+"""Share of its range by which an output may swing there without noise [1]."""
+SHAKES: Final = 0.1
+"""Standard deviation, as a share of its range, by which noise may move an output [1]."""
+SCALES: Final = 2.0
+"""Scales of its tag by which a loop may be off its setpoint there [1]."""
+FOLLOWED: Final = 0.63
+"""Share of a small step after which it is followed [1]."""
+SLOWER: Final = 10.0
+"""Multiple of the time for its whole range that a loop may take for a small step [1]."""
+ROUND: Final = 1e-9
+
+
+def loops(bench: Bench) -> Iterator[Finding]:
+    """Every loop that does not hold what it should."""
+    bench.told("loops")
+    for loop in bench.plant.description.loops:
+        found = next((f for f in (_signs(bench, loop), _holds(bench, loop), _follows(bench, loop)) if f), None)
+        if found is not None:
+            yield found
+
+
+def _signs(bench: Bench, loop: ControlLoop) -> Finding | None:
+    values = {p.symbol: p.value for p in bench.plant.description.parameters}
+    gain, reset = values[loop.gain], values[loop.reset]
+    if gain * reset < 0.0:
+        what = f"{loop.gain} = {gain:g} and {loop.reset} = {reset:g} of loop {loop.name!r} have different signs"
+        return _finding(bench, loop, f"{what}: one acts against the other", "give both the sign of the loop's action")
+    return None
+
+
+def _holds(bench: Bench, loop: ControlLoop) -> Finding | None:
+    """In the last part of the fault-free course it is at its setpoint and its output stands."""
+    tag, output = (
+        bench.plant.description.tag(loop.process_variable),
+        bench.plant.description.tag(loop.manipulated_variable),
+    )
+    quiet, noisy = _last(bench.quiet, loop), _last(bench.noisy[0], loop)
+    if quiet is None or noisy is None:
+        return None  # said where the course broke
+    (error, moved), (_, shaken) = quiet, noisy
+    off, swing, shakes = abs(float(error.mean())), float(np.ptp(moved)), float(np.std(shaken))
+    if off > SCALES * tag.scale:
+        what = (
+            f"{tag.name!r} is off its setpoint by {off:.4g} {tag.unit} on the mean at the end of a healthy course, "
+            f"with {output.name!r} at {float(moved.mean()):.3g} {output.unit}: loop {loop.name!r} does not hold it"
+        )
+        return _finding(
+            bench, loop, what, f"look at the signs of its gains ({_gains(bench, loop)}), and at its actuator"
+        )
+    if swing > STILL * output.range.span or shakes > SHAKES * output.range.span:
+        how = (
+            f"by {swing:.3g} {output.unit} without any noise" if swing > STILL * output.range.span
+            else f"with a standard deviation of {shakes:.3g} {output.unit} under the noise of its instruments"
+        )  # fmt: skip
+        what = (
+            f"{output.name!r} swings {how} in the last fifth of the fault-free course: loop {loop.name!r} is unstable"
+        )
+        return _finding(bench, loop, what, f"lower its gains ({_gains(bench, loop)})")
+    return None
+
+
+def _last(course: Course, loop: ControlLoop) -> tuple[np.ndarray, np.ndarray] | None:
+    """Deviation and output at the end of a course; None where it broke."""
+    if course.broke:
+        return None
+    late = course.after((1.0 - LATE) * course.truth.times_s[-1])
+    error = (course.true(loop.process_variable) - course.true(loop.setpoint))[late]
+    return error, course.true(loop.manipulated_variable)[late]
+
+
+def _follows(bench: Bench, loop: ControlLoop) -> Finding | None:
+    """It follows a small step of its setpoint, within the horizon of the twin."""
+    d, plant = bench.plant.description, bench.plant
+    pv, sp = d.tag(loop.process_variable), d.tag(loop.setpoint)
+    if d.variables[sp.name] not in plant.model.inputs or not np.isfinite(bench.quiet.started_s):
+        return None
+    before = float(bench.quiet.true(sp.name)[-1])
+    size = min(5.0 * pv.scale, 0.2 * sp.range.span)
+    target = before - size if before - size >= sp.range.low else before + size
+    horizon_s = float(plant.twin.horizon_s)
+    begin_s = plant.end_s - horizon_s - 1.0
+    if begin_s <= bench.quiet.settled_s:
+        return None
+
+    def act(seen: Snapshot) -> ActionSet | None:
+        state = bench.quiet.states[-1][0]
+        return ActionSet((Command(sp.name, target, None),), state) if seen.at_s >= begin_s else None
+
+    course = bench.acted((), act=act)
+    if course.broke:
+        what = f"the plant breaks after {sp.name!r} is set to {target:g} {sp.unit}: {course.broke}"
+        return _finding(bench, loop, what, "mend the equations, or lower the gains")
+    late = course.after(course.truth.times_s[-1] - 30.0)
+    reached = float((course.true(pv.name) - before)[late].mean())
+    if abs(reached - (target - before)) <= 0.2 * size + ROUND:
+        return _slow(bench, loop, course, begin_s, target)
+    went = "the other way" if reached * (target - before) < 0.0 else f"{abs(reached) / size:.0%} of the way"
+    what = (
+        f"{pv.name!r} goes {went} within the twin's horizon of {horizon_s:g} s after {sp.name!r} is set from "
+        f"{before:g} to {target:g} {sp.unit}: a rollout does not show where loop {loop.name!r} leads"
+    )
+    remedy = f"correct the gains ({_gains(bench, loop)}), or give [twin] a longer horizon_s"
+    return _finding(bench, loop, what, remedy)
+
+
+def _slow(bench: Bench, loop: ControlLoop, course: Course, begin_s: float, target: float) -> Finding | None:
+    """What the tables say of how fast the equipment follows is what it does."""
+    rule, sp = bench.plant.description.writables.get(loop.setpoint), bench.plant.description.tag(loop.setpoint)
+    if rule is None or rule.fastest is None:
+        return None
+    stated_s = sp.range.span / rule.fastest
+    late = course.after(begin_s)
+    values = course.true(loop.process_variable)[late]
+    there = np.abs(values - target) <= (1.0 - FOLLOWED) * abs(values[0] - target)
+    follows_s = float(np.argmax(there)) if there.any() else float(late.sum())
+    if follows_s <= SLOWER * max(stated_s, 1.0):
+        return None
+    row = bench.places.row("writables", tag=sp.name)
+    what = (
+        f"{loop.process_variable!r} has followed a small step of {sp.name!r} by {FOLLOWED:.0%} after {follows_s:g} s, "
+        f"and fastest = {rule.fastest:g} {sp.unit}/s says that its whole range takes {stated_s:g} s ({row})"
+    )
+    remedy = "correct fastest, the loop's gains, or the time constant of its actuator in parameters.csv"
+    return _finding(bench, loop, what, remedy)
+
+
+def _finding(bench: Bench, loop: ControlLoop, what: str, remedy: str) -> Finding:
+    return Finding(Severity.ERROR, "loops", bench.places.row("loops", id=loop.name), what, remedy)
+
+
+def _gains(bench: Bench, loop: ControlLoop) -> str:
+    """Where the gains are stated."""
+    places: list[Place] = [bench.places.row("parameters", symbol=symbol) for symbol in (loop.gain, loop.reset)]
+    return ", ".join(map(str, places))

@@ -1,0 +1,117 @@
+"""Guards that cannot hold while the limits do, and permissives that forbid what no limit needs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from homeostat.domain.plant.limits import Limit, LimitKind
+from homeostat.domain.plant.state_machine import State
+from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.snapshot import Snapshot
+from homeostat.evaluate.lint.deep.bench import Bench
+from homeostat.evaluate.lint.finding import Finding, Severity
+from homeostat.knowledge.checks.consistency_rules import ranges_of
+from homeostat.knowledge.checks.intervals import can_hold
+from homeostat.stl import tree
+
+FORBIDDEN: Final = 0.05
+"""Share of the time in a state for which a permissive may forbid what the state is by design [1]."""
+
+
+def rules(bench: Bench) -> Iterator[Finding]:
+    """Rules that forbid more than the plant needs, or never hold."""
+    bench.told("guards and permissives")
+    yield from _guards(bench)
+    yield from _by_design(bench)
+    yield from _admitted(bench)
+
+
+def _guards(bench: Bench) -> Iterator[Finding]:
+    """Decisions whose guard contradicts the hard limits of ordinary operation."""
+    d = bench.plant.description
+    ranges, limits = ranges_of(d), tuple(limit.formula.root for limit in d.limits.hard)
+    for transition in d.machine.transitions:
+        if transition.source in d.start_up.states or not transition.guard.tags:
+            continue
+        bounding = tuple(root for root in limits if isinstance(root, tree.Comparison))
+        if not can_hold(tree.And((transition.guard.root, *bounding)), ranges):
+            what = (
+                f"'{transition.guard}' cannot hold in {transition.source!r} while every hard limit holds, so "
+                f"{transition.name!r} is never taken before a trip"
+            )
+            place = bench.places.row("transitions", id=transition.name)
+            yield Finding(Severity.ERROR, "rules", place, what, "correct the guard, or the limit")
+
+
+def _permissives(bench: Bench) -> tuple[Limit, ...]:
+    return bench.plant.description.limits.of_kind(LimitKind.PERMISSIVE)
+
+
+def _by_design(bench: Bench) -> Iterator[Finding]:
+    """Permissives that the fault-free plant violates while it does what its states are by design."""
+    course, d = bench.quiet, bench.plant.description
+    ends = [*(at_s for _, at_s in course.states[1:]), math.inf]
+    for limit in _permissives(bench):
+        margins = np.broadcast_to(limit.formula.margins(course.truth.signals, 1.0), (1, course.truth.times_s.size))[0]
+        for (state, from_s), to_s in zip(course.states, ends, strict=True):
+            during = course.after(from_s) & (course.truth.times_s < to_s)
+            if state in d.start_up.states or not during.any() or (margins[during] < 0.0).mean() <= FORBIDDEN:
+                continue
+            what = (
+                f"'{limit.formula}' forbids what {state!r} is by design: it does not hold for "
+                f"{int((margins[during] < 0.0).sum())} of {int(during.sum())} s of the fault-free plant in that state"
+            )
+            place = bench.places.row("limits", id=limit.name)
+            yield Finding(Severity.ERROR, "rules", place, what, "correct the permissive, or what the state admits")
+            break
+
+
+def _admitted(bench: Bench) -> Iterator[Finding]:
+    """Permissives that forbid what a state admits, although no limit would be violated by it."""
+    course = bench.quiet
+    if course.broke or not math.isfinite(course.settled_s) or course.settled_s >= course.truth.times_s[-1]:
+        return
+    values = {tag: float(column[0, -1]) for tag, column in course.truth.signals.items()}
+    found = set[str]()
+    for state in bench.plant.description.machine.states:
+        design = {r.tag: r.low if r.design is None and r.low == r.high else r.design for r in state.setpoints}
+        own = values | {tag: value for tag, value in design.items() if value is not None}
+        for tag, value in _choices(state):
+            for limit in _permissives(bench):
+                forbids = tag in limit.formula.tags and limit.formula.margin_at(own | {tag: value}) < 0.0
+                if forbids and limit.name not in found and not _needed(bench, state, tag, value):
+                    found.add(limit.name)
+                    what = (
+                        f"'{limit.formula}' forbids {tag!r} = {value:g}, which {state.name!r} admits, and no limit "
+                        f"needs it: {bench.plant.twin.horizon_s} s after that command every limit is kept"
+                    )
+                    place = bench.places.row("limits", id=limit.name)
+                    remedy = "correct the permissive, or let the state admit less (setpoints.csv)"
+                    yield Finding(Severity.WARNING, "rules", place, what, remedy)
+
+
+def _choices(state: State) -> Iterator[tuple[str, float]]:
+    """Ends of what may be chosen in ``state``."""
+    for row in state.setpoints:
+        if row.low < row.high:
+            yield row.tag, row.low
+            yield row.tag, row.high
+
+
+def _needed(bench: Bench, state: State, tag: str, value: float) -> bool:
+    """Whether some limit would be violated in the twin's horizon after ``tag`` is set to ``value`` in ``state``."""
+    plant = bench.plant
+    commands = [Command(r.tag, r.design, None) for r in state.setpoints if r.tag != tag and r.design is not None]
+    begin_s = plant.end_s - plant.twin.horizon_s - 1.0
+
+    def act(seen: Snapshot) -> ActionSet | None:
+        return ActionSet((*commands, Command(tag, value, None)), state.name) if seen.at_s >= begin_s else None
+
+    course = bench.acted((), act=act)
+    limits = [limit for limit in plant.description.limits.limits if limit.kind is not LimitKind.PERMISSIVE]
+    late = course.after(begin_s)
+    return course.broke != "" or any((course.outside(limit) & late).any() for limit in limits)

@@ -1,0 +1,184 @@
+"""Fallbacks: each reaches its safe state, violates nothing on a healthy plant, helps in time, and can be left again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from homeostat.domain.diagnosis import FaultMode, FaultState
+from homeostat.domain.plant.limits import Limit
+from homeostat.domain.recovery import ActionSet, FallbackStrategy
+from homeostat.domain.snapshot import Snapshot
+from homeostat.evaluate.lint.deep.bench import Bench
+from homeostat.evaluate.lint.deep.course import Course
+from homeostat.evaluate.lint.finding import Finding, Severity
+from homeostat.guard.fallback.effect import EffectWatch
+from homeostat.guard.watch.trips import Violation
+from homeostat.plants.assembly import fallbacks
+
+LATE_S: Final = 3.0
+"""A limit trips so long after its first violation [s]."""
+_REMEDY: Final = "command more, faster (fallbacks.csv), or state another strategy for the limit (fallback_limits.csv)"
+
+
+class _Asked(NamedTuple):
+    """A fault under which a hard limit is violated, and when."""
+
+    fault: FaultMode
+    severity: float
+    limit: Limit
+    from_s: float
+
+
+def safe_states(bench: Bench) -> Iterator[Finding]:
+    """What is wrong with the ways to the safe states."""
+    for strategy, course in zip(fallbacks(bench.plant), after_fallbacks(bench), strict=True):
+        yield from _healthy(bench, strategy, course)
+    yield from _restarts(bench)
+    yield from _helps(bench)
+
+
+def after_fallbacks(bench: Bench) -> tuple[Course, ...]:
+    """The fault-free plant after each of its fallback strategies, with noise; in their order."""
+    return bench.kept("fallbacks", lambda: tuple(_after(bench, strategy) for strategy in fallbacks(bench.plant)))
+
+
+def _after(bench: Bench, strategy: FallbackStrategy) -> Course:
+    bench.told(f"fallback {strategy.name}")
+
+    def act(seen: Snapshot) -> ActionSet | None:
+        return strategy.actions if seen.at_s >= bench.onset_s else None
+
+    return bench.acted((), noise=1.0, act=act)
+
+
+def _healthy(bench: Bench, strategy: FallbackStrategy, course: Course) -> Iterator[Finding]:
+    """On a plant without a fault the safe state is reached, and no hard limit is violated on the way."""
+    place, machine = bench.places.row("fallbacks", strategy=strategy.name), bench.plant.description.machine
+    if course.broke:
+        what = f"the fault-free plant breaks after {strategy.name!r}: {course.broke}"
+        yield Finding(Severity.ERROR, "fallbacks", place, what, "mend the equations, or the commands")
+        return
+    name = course.states[-1][0] if course.states else strategy.actions.target
+    state = machine.state(name)
+    late = course.after(course.states[-1][1] if course.states else course.acted_s)
+    signals = {tag: values[:, late] for tag, values in course.truth.signals.items()}
+    margins = state.settled_when.margins(signals, 1.0)
+    if not (margins >= 0.0).any():
+        what = (
+            f"{strategy.name!r} does not reach {name!r} in {late.sum()} s on the fault-free plant: "
+            f"'{state.settled_when}' never holds, its margin is {margins.max():.4g} {state.settled_when.unit} at best"
+        )
+        remedy = f"command what the state needs, or correct its settled_when ({bench.places.row('states', id=name)})"
+        yield Finding(Severity.ERROR, "fallbacks", place, what, remedy)
+    elif not (margins[0, -1] >= 0.0):
+        what = (
+            f"{strategy.name!r} reaches {name!r} and leaves it again: '{state.settled_when}' does not hold at the end"
+        )
+        yield Finding(Severity.ERROR, "fallbacks", place, what, "command what keeps the state")
+    for limit in bench.plant.description.limits.hard:
+        outside = course.outside(limit) & course.after(course.acted_s)
+        if outside.any():
+            what = (
+                f"{strategy.name!r} violates {limit.name} on the fault-free plant: '{limit.formula}' does not hold for "
+                f"{int(outside.sum())} s, first {float(course.truth.times_s[outside][0]) - course.acted_s:g} s after it"
+            )
+            yield Finding(Severity.ERROR, "fallbacks", place, what, "correct its commands, their order or their rates")
+
+
+def _restarts(bench: Bench) -> Iterator[Finding]:
+    """Out of a safe state somebody can decide to go on after some strategy that leads there."""
+    machine = bench.plant.description.machine
+    ends: dict[str, list[Course]] = {}
+    for course in after_fallbacks(bench):
+        for name, _ in course.states[-1:]:
+            ends.setdefault(name, []).append(course)
+    for name, courses in ends.items():
+        onward = [t for t in machine.transitions if t.source == name and t.target != name and t.on_decision]
+        for transition in onward:
+            late = [{t: v[:, c.after(c.acted_s)] for t, v in c.truth.signals.items()} for c in courses]
+            best = max(float(np.max(transition.guard.margins(signals, 1.0))) for signals in late)
+            if best < 0.0:
+                what = (
+                    f"'{transition.guard}' holds at no moment in {name!r} after any fallback that leads there, and its "
+                    f"margin is {best:.4g} {transition.guard.unit} at best, so nobody can ever take {transition.name!r}"
+                )
+                place = bench.places.row("transitions", id=transition.name)
+                remedy = "correct the guard, or let a fallback lead to where it holds"
+                yield Finding(Severity.ERROR, "fallbacks", place, what, remedy)
+
+
+def _helps(bench: Bench) -> Iterator[Finding]:
+    """Whatever fault violates a limit, some strategy that is said to bring it back does; and each does under some."""
+    own: dict[tuple[str, str], list[str]] = {}
+    for each in _asked(bench):
+        serving = [s for s in fallbacks(bench.plant) if each.limit.name in s.serves]
+        reasons = [_fails(bench, each, strategy) for strategy in serving]
+        for strategy, reason in zip(serving, reasons, strict=True):
+            if _fit(bench, each.fault, strategy):
+                own.setdefault((strategy.name, each.limit.name), []).append(reason)
+        if serving and all(reasons):
+            what = f"under {each.fault.name!r} ({each.severity:g} {each.fault.severity_unit}) no strategy helps"
+            place = bench.places.row("limits", id=each.limit.name)
+            yield Finding(Severity.ERROR, "fallbacks", place, f"{what} {each.limit.name}: {reasons[0]}", _REMEDY)
+    for (name, limit), reasons in own.items():
+        if all(reasons):
+            place = bench.places.row("fallback_limits", strategy=name, limit=limit)
+            what = f"it helps {limit} under none of the {len(reasons)} faults that violate it: {reasons[0]}"
+            remedy = "command more, faster (fallbacks.csv), or give it the time that it needs (acts_within_s)"
+            yield Finding(Severity.ERROR, "fallbacks", place, what, remedy)
+
+
+def _fit(bench: Bench, fault: FaultMode, strategy: FallbackStrategy) -> bool:
+    """Whether what the strategy commands is sound under ``fault``: one that is not cannot be blamed on it."""
+    commanded = {command.tag for command in strategy.actions.commands}
+    return all(s.component != fault.component for s in bench.plant.description.signals if s.tag.name in commanded)
+
+
+def _asked(bench: Bench) -> Iterator[_Asked]:
+    """Each fault that violates a hard limit while nobody acts, at its nominal severity, else at its highest."""
+    hard = [limit for limit in bench.plant.description.limits.hard if not bench.quiet.outside(limit).any()]
+    for fault in bench.plant.description.faults:  # a limit that is violated without one was told of already
+        for severity in (fault.severity_nominal, fault.severity_range.high):
+            course = bench.faulty(fault, severity)
+            late = course.after(bench.onset_s)
+            outside = [(limit, course.outside(limit) & late) for limit in hard]
+            hit = [(limit, float(course.truth.times_s[np.argmax(o)])) for limit, o in outside if o.any()]
+            for limit, from_s in hit:
+                yield _Asked(fault, severity, limit, from_s)
+            if hit:
+                break
+
+
+def _fails(bench: Bench, asked: _Asked, strategy: FallbackStrategy) -> str:
+    """Why ``strategy`` does not help, as the guard would say; empty where it does."""
+    bench.told(f"{strategy.name} under {asked.fault.name}")
+
+    def act(seen: Snapshot) -> ActionSet | None:
+        return strategy.actions if seen.at_s >= asked.from_s + LATE_S else None
+
+    fault = FaultState(asked.fault.name, asked.severity, bench.onset_s)
+    course = bench.acted((fault,), noise=1.0, act=act)
+    if course.broke:
+        return f"the plant breaks: {course.broke}"
+    stands_s = course.acted_s + _ramp_s(bench, strategy, course)
+    watch = EffectWatch(fallbacks(bench.plant))
+    for snapshot in course.seen:
+        if snapshot.at_s <= stands_s:
+            continue
+        margin = asked.limit.formula.margin_at(snapshot.values)
+        violated = () if margin >= 0.0 else (Violation(asked.limit.name, margin, asked.limit.formula.unit, _SHORT),)
+        if failure := watch.failed(snapshot.at_s, strategy, violated):
+            return failure[1].removesuffix(f": {_SHORT}")
+    return ""
+
+
+_SHORT: Final = "violated"
+
+
+def _ramp_s(bench: Bench, strategy: FallbackStrategy, course: Course) -> float:
+    """How long its commands take until they stand, as the guard waits for them, at most its confirmation times [s]."""
+    d = bench.plant.description
+    return max((d.writables[c.tag].confirm_s for c in strategy.actions.commands if c.tag in d.writables), default=0.0)

@@ -1,0 +1,94 @@
+"""Where a plant's tables state a thing: file and row of what a check knows by its name."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final, final
+
+from homeostat.evaluate.lint.finding import Place
+from homeostat.knowledge.build.derived.tables import derived, stated_tables
+from homeostat.knowledge.build.tables.reading import FOLDER, Origin, Rows
+from homeostat.knowledge.build.tables.schemas import SCHEMAS
+from homeostat.knowledge.store.error import GraphError
+from homeostat.plants.files.folder import SETTINGS
+
+_TABLES: Final[Mapping[str, tuple[str, str]]] = {
+    "tag": ("signals", "tag"),
+    "parameter": ("parameters", "symbol"),
+    "component": ("equipment", "id"),
+    "loop": ("loops", "id"),
+    "equation": ("equations", "id"),
+    "state": ("states", "id"),
+    "transition": ("transitions", "id"),
+    "limit": ("limits", "id"),
+    "criterion": ("criteria", "id"),
+    "fallback": ("fallbacks", "strategy"),
+    "trip of limit": ("trips", "limit"),
+    "start-up limit": ("start_up", "limit"),
+    "quality of tag": ("quality", "tag"),
+    "writable tag": ("writables", "tag"),
+    "price of": ("prices", "item"),
+    "fault": ("faults", "id"),
+    "feature": ("features", "id"),
+    "symptom": ("symptoms", "id"),
+}
+"""What a check calls a thing -> the table that states it, and the column of its name."""
+_ROW: Final = re.compile(r"(?P<file>[\w-]+\.csv) row (?P<row>\d+)(?: \((?P<key>.*)\))?$")
+_NAMED: Final = re.compile(r"(?P<kind>[\w -]+?) '(?P<name>.*)'$")
+
+
+@final
+class Places:
+    """The rows of one plant's tables."""
+
+    def __init__(self, folder: Path) -> None:
+        """Read what can be read of the tables in ``folder``; what cannot be has no rows."""
+        found, wrong = stated_tables(folder)
+        if not wrong:
+            with contextlib.suppress(GraphError):  # the check of the tables says what is wrong with them
+                found = derived(found)
+        self._tables = {name: found.get(name, Rows((), ())) for name in SCHEMAS}
+
+    def row(self, table: str, **cells: str) -> Place:
+        """The line of the first row of ``table`` that has all these ``cells``, by column, or of what that follows from.
+
+        The table where there is none.
+        """
+        key, rows = " ".join(cells.values()), self._tables[table]
+        for number, row in enumerate(rows.rows):
+            if all(row.get(column) == cell for column, cell in cells.items()):
+                origin = rows.origins[number] if rows.origins else Origin(table, number + 2)
+                return Place(f"{FOLDER}/{origin.table}.csv", origin.line, key)
+        return Place(f"{FOLDER}/{table}.csv", None, key)
+
+    def thing(self, thing: str) -> Place:
+        """Where ``thing`` is stated, as a message names it: ``limit 'LIM-T-HIGH'``, ``trips.csv row 2 ('x')``."""
+        if stated := _ROW.match(thing):
+            return Place(f"{FOLDER}/{stated['file']}", int(stated["row"]), (stated["key"] or "").strip("'"))
+        if (named := _NAMED.match(thing)) and named["kind"] in _TABLES:
+            table, column = _TABLES[named["kind"]]
+            return self.row(table, **{column: named["name"]})
+        if thing.endswith(".csv"):
+            return Place(f"{FOLDER}/{thing}")
+        return self._of_graph(thing)
+
+    def _of_graph(self, name: str) -> Place:
+        """Where that of a name in the graph is stated: ``feature_F-MASS``, ``B204``."""
+        for kind, (table, column) in _TABLES.items():
+            known = {row.get(column) for row in self._tables[table].rows}
+            for short in (name, name.removeprefix(f"{kind.replace(' ', '_')}_")):
+                if short in known:
+                    return self.row(table, **{column: short})
+        return Place(f"{FOLDER}/*.csv", None, name)
+
+
+def setting(message: str) -> tuple[Place, str]:
+    """Place and rest of a message about settings: ``site/case.toml: twin, errors: there is ...``."""
+    rest = message.partition(f"/{SETTINGS}: ")[2] or message
+    keys, separator, said = rest.partition(": ")
+    if separator and re.fullmatch(r"[\w'., -]+", keys):
+        return Place(SETTINGS, None, keys), said
+    return Place(SETTINGS), rest
