@@ -28,6 +28,8 @@ def add_guarding(draft: Draft) -> None:
     _add_trips(draft)
     _add_writables(draft)
     for line in draft.lines("signals"):
+        if line["relation"] == "overrides":
+            continue  # on automatic it has no value, and nobody can say how old that is
         own = {"tag": line["tag"], "stale_s": STALE_S, "grace_s": "0"}
         draft.add("quality", line.follows, own | {"description": "Worked out or read back, without noise"})
 
