@@ -160,4 +160,4 @@ def test_statistics_of_the_published_noise() -> None:
     assert t1.mean() == pytest.approx(310.0006, abs=0.01) and t1.std() == pytest.approx(0.5212, rel=0.01)
     # The mean feed temperature of the sample alone, 7 K / sqrt(330000), moves the mean by 0.00017.
     assert cooling.mean() == pytest.approx(0.50749, abs=6e-4) and cooling.std() == pytest.approx(0.00463, rel=0.08)
-    assert f1.mean() == pytest.approx(0.033315, abs=3e-5) and f1.std() == pytest.approx(0.000347, rel=0.02)
+    assert f1.mean() == pytest.approx(0.033315, abs=3e-5) and f1.std() == pytest.approx(0.000397, rel=0.02)
