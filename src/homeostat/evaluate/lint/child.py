@@ -44,8 +44,13 @@ class Over:
     """Every check that could be carried out was."""
 
 
-def carried_out(folder: Path, names: tuple[str, ...], told: Callable[[Begun], None]) -> Iterator[Finding | Outlook]:
-    """What the checks called ``names`` find in the plant in ``folder``; ``told`` hears how far they are."""
+def carried_out(
+    folder: Path, names: tuple[str, ...], told: Callable[[Begun], None], silent_s: float = LIMIT_S
+) -> Iterator[Finding | Outlook]:
+    """What the checks called ``names`` find in the plant in ``folder``; ``told`` hears how far they are.
+
+    One that simulates and says nothing for ``silent_s`` seconds of the wall's clock is a finding, and the last one.
+    """
     context = get_context("spawn")
     here, there = context.Pipe(duplex=False)
     process = context.Process(target=_serve, args=(there, str(folder), names), daemon=True)
@@ -57,7 +62,7 @@ def carried_out(folder: Path, names: tuple[str, ...], told: Callable[[Begun], No
             said = here.recv()
             match said:
                 case Begun():
-                    now, limit_s = said, COMPILING_S if CHECKS[said.check].compiles else LIMIT_S
+                    now, limit_s = said, COMPILING_S if CHECKS[said.check].compiles else silent_s
                     told(said)
                 case Over():
                     return
@@ -98,7 +103,7 @@ def _serve(pipe: Connection, folder: str, names: tuple[str, ...]) -> None:
             doing[0] = name
             pipe.send(Begun(name))
             wrong = False
-            for found in _found(CHECKS[name], bench):
+            for found in findings_of(CHECKS[name], bench):
                 pipe.send(found)
                 wrong = wrong or (isinstance(found, Finding) and found.severity is Severity.ERROR)
             if wrong and CHECKS[name].others_rely:
@@ -106,7 +111,7 @@ def _serve(pipe: Connection, folder: str, names: tuple[str, ...]) -> None:
         pipe.send(Over())
 
 
-def _found(check: Check, bench: Bench) -> Iterator[Finding | Outlook]:
+def findings_of(check: Check, bench: Bench) -> Iterator[Finding | Outlook]:
     """What a check finds; what the plant's code raises meanwhile is a finding, too."""
     try:
         yield from check.carry_out(bench)

@@ -223,12 +223,10 @@ def _torn(bench: Bench, one: str, other: str) -> Finding:
 
 
 def _silent(bench: Bench, shown: dict[str, dict[str, Shown]]) -> Iterator[Finding]:
-    """Symptoms that none of their faults shows, whatever its severity."""
+    """Symptoms that none of their faults shows at its nominal severity."""
     for rule in bench.plant.description.symptom_rules:
         known = [name for name in rule.faults if name in shown]
         if not known or any(shown[name][rule.name].confirmed_s is not None for name in known):
-            continue
-        if any(_shown_at_an_end(bench, name, rule.name) for name in known):
             continue
         yield _never(bench, rule, known, shown)
 
@@ -238,20 +236,14 @@ def _never(bench: Bench, rule: SymptomRule, known: list[str], shown: dict[str, d
     place, side = bench.places.row("symptoms", id=rule.name), rule.direction.value
     others = [r for r in bench.plant.description.symptom_rules if r.feature == rule.feature and r.name != rule.name]
     opposite = max(shown[name][rule.name].opposite for name in known)
-    what = f"none of the faults that it indicates ({', '.join(known[:3])}{' ...' if known[3:] else ''}) shows it"
+    named = f"{', '.join(known[:3])}{' ...' if known[3:] else ''}"
+    what = f"none of the faults that it indicates ({named}) shows it at its nominal severity"
     if opposite >= 1.0 and not others:
         what += f": its feature goes to {opposite:.2g} times the threshold, but not to the side {side!r}"
         return Finding(Severity.ERROR, "faults", place, what, "turn its direction round")
     most = max(shown[name][rule.name].largest for name in known)
     what += f": its feature comes to {most:.2g} times the threshold"
     return Finding(Severity.NOTE, "faults", place, what, "nothing, where it is there for what no table names")
-
-
-def _shown_at_an_end(bench: Bench, name: str, symptom: str) -> bool:
-    fault = bench.plant.description.fault(name)
-    course = bench.faulty(fault, fault.severity_range.high, noise=1.0)
-    found = {rule.name: each for rule, each in first_symptoms(bench, course, bench.onset_s).items()}
-    return found[symptom].confirmed_s is not None
 
 
 def _dead_ends(bench: Bench) -> Iterator[Finding]:

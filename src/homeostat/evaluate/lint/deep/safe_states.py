@@ -20,6 +20,8 @@ from homeostat.plants.assembly import fallbacks
 
 LATE_S: Final = 3.0
 """A limit trips so long after its first violation [s]."""
+PERIODS: Final = 4.0
+"""Multiples of its time for which it is followed whether a strategy helps [1]."""
 _REMEDY: Final = "command more, faster (fallbacks.csv), or state another strategy for the limit (fallback_limits.csv)"
 
 
@@ -160,7 +162,9 @@ def _fails(bench: Bench, asked: _Asked, strategy: FallbackStrategy) -> str:
         return strategy.actions if seen.at_s >= asked.from_s + LATE_S else None
 
     fault = FaultState(asked.fault.name, asked.severity, bench.onset_s)
-    course = bench.acted((fault,), noise=1.0, act=act)
+    effect = strategy.serves[asked.limit.name]
+    end_s = min(bench.plant.end_s, asked.from_s + PERIODS * effect.acts_within_s + 60.0)
+    course = bench.acted((fault,), noise=1.0, act=act, end_s=end_s)
     if course.broke:
         return f"the plant breaks: {course.broke}"
     stands_s = course.acted_s + _ramp_s(bench, strategy, course)
