@@ -54,7 +54,7 @@ def _closes(bench: Bench, feature: Feature) -> Iterator[Finding]:
 
 
 def _allowed(bench: Bench, feature: Feature, moved: Vec) -> float:
-    """What may be left over: half of what a symptom counts, or where there is none a small share of what is ``moved``."""
+    """What may be left over: half of what a symptom counts; where there is none a small share of what is ``moved``."""
     rules = [rule.threshold for rule in bench.plant.description.symptom_rules if rule.feature == feature.name]
     return 0.5 * min(rules) if rules else OPEN * float(moved.mean())
 
