@@ -1,4 +1,4 @@
-"""What recovery would do about each fault: an answer with the criterion that binds and its cost, or why there is none."""
+"""What recovery would do about each fault: an answer with its cost and what binds, or why there is none."""
 
 from __future__ import annotations
 

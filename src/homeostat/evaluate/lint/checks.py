@@ -69,7 +69,7 @@ _EVERY: Final = (
     Check("fault-free", fault_free),
     Check("following", following),
     Check("balances", balances),
-    Check("loops", loops),
+    Check("loops", loops, others_rely=True),
     Check("rules", rules),
     Check("fallbacks", safe_states),
     Check("numbers", numbers),
