@@ -70,7 +70,8 @@ def make(where: Path) -> Path:
     folder = where / NAME
     ignored = shutil.ignore_patterns("__pycache__", "true", "*.py", BASELINES)
     shutil.copytree(INSTALLED / "cstr", folder, ignore=ignored)
-    change(folder, [Edit(SETTINGS, "homeostat.plants.cstr.process:CstrModel", "process:SiteModel")])
+    own = "homeostat.plants.cstr.process:CstrModel", "process:SiteModel"
+    change(folder, [Edit(SETTINGS, *own), Edit(SETTINGS, "end_s = 6000.0", "end_s = 4000.0")])
     (folder / "process.py").write_text(MODEL, encoding="utf-8")
     (folder / "plant.ttl").write_bytes(build(folder))
     (folder / BASELINES).write_bytes(learned(load_plant(str(folder), learned=False)))

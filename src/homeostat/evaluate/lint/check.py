@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from homeostat.evaluate.lint.checks import DEEP, LOADING
+from homeostat.evaluate.lint.checks import LOADING
 from homeostat.evaluate.lint.child import Begun, carried_out
+from homeostat.evaluate.lint.deep.answers import Answered
 from homeostat.evaluate.lint.deep.faults import Outlook
 from homeostat.evaluate.lint.finding import Finding
 from homeostat.evaluate.lint.stated import stated
@@ -22,6 +23,8 @@ class Checked:
     """Everything that was found, notes included, in the order in which it was."""
     outlooks: tuple[Outlook, ...] = ()
     """What comes of each fault; empty where no simulation came so far."""
+    answers: tuple[Answered, ...] = ()
+    """What recovery would do about each fault; empty where that was not asked for."""
 
     @property
     def clean(self) -> bool:
@@ -29,8 +32,8 @@ class Checked:
         return not any(finding.counts for finding in self.findings)
 
 
-def check(name: str, deep: bool = False, told: Callable[[Begun], None] = lambda begun: None) -> Checked:
-    """Check the plant called ``name``, or the folder that it is a path of; ``deep``: with simulations.
+def check(name: str, names: Sequence[str] = LOADING, told: Callable[[Begun], None] = lambda begun: None) -> Checked:
+    """Check the plant called ``name``, or the folder that it is a path of, by its files and the checks of ``names``.
 
     ``told`` hears which check has begun. The plant's code runs in another process, and nothing is written.
     Raises PlantError where there is no such plant, or its folder holds what no plant's may.
@@ -40,6 +43,8 @@ def check(name: str, deep: bool = False, told: Callable[[Begun], None] = lambda 
     first = stated(files)
     if not first.sound:
         return Checked(first.findings)
-    found = list(carried_out(files.folder, DEEP if deep else LOADING, told))
+    found = list(carried_out(files.folder, tuple(names), told))
     findings = tuple(each for each in found if isinstance(each, Finding))
-    return Checked((*first.findings, *findings), tuple(each for each in found if isinstance(each, Outlook)))
+    outlooks = tuple(each for each in found if isinstance(each, Outlook))
+    answers = tuple(each for each in found if isinstance(each, Answered))
+    return Checked((*first.findings, *findings), outlooks, answers)

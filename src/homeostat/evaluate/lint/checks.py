@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 
+from homeostat.evaluate.lint.deep.answers import Answered, answers
 from homeostat.evaluate.lint.deep.balances import balances
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.contract import interface, repetition
@@ -19,7 +20,9 @@ from homeostat.evaluate.lint.deep.safe_states import safe_states
 from homeostat.evaluate.lint.finding import Finding
 from homeostat.evaluate.lint.fits import fits
 
-CarryOut: TypeAlias = Callable[[Bench], Iterator[Finding | Outlook]]
+Found: TypeAlias = Finding | Outlook | Answered
+"""What a check yields."""
+CarryOut: TypeAlias = Callable[[Bench], Iterator[Found]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +33,8 @@ class Check:
     """As findings name it."""
     carry_out: CarryOut
     """Yields what it finds."""
-    compiles: bool = False
-    """Whether the plant's equations may be compiled in it, which takes its time."""
+    patient: bool = False
+    """Whether it may be silent for longer: equations are compiled, or an answer is searched for."""
     others_rely: bool = False
     """Whether nothing that comes after it makes sense once it finds an error."""
 
@@ -57,19 +60,22 @@ DEEP: Final = (
     "faults",
 )
 """That, and what a simulation shows."""
+ANSWERS: Final = (*DEEP, "answers")
+"""That, and what recovery would do about each fault."""
 _EVERY: Final = (
-    Check("model", _fits, compiles=True, others_rely=True),
-    Check("interface", interface, compiles=True, others_rely=True),
+    Check("model", _fits, patient=True, others_rely=True),
+    Check("interface", interface, patient=True, others_rely=True),
     Check("repetition", repetition, others_rely=True),
     Check("fault-free", fault_free),
     Check("following", following),
     Check("balances", balances),
-    Check("loops", loops),
+    Check("loops", loops, others_rely=True),
     Check("rules", rules),
     Check("fallbacks", safe_states),
     Check("numbers", numbers),
     Check("symptoms", healthy_symptoms),
     Check("faults", faults),
+    Check("answers", answers, patient=True),
 )
 CHECKS: Final[Mapping[str, Check]] = {check.name: check for check in _EVERY}
 """Name -> check."""

@@ -15,17 +15,16 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Final
 
-from homeostat.evaluate.lint.checks import CHECKS, Check
+from homeostat.evaluate.lint.checks import CHECKS, Check, Found
 from homeostat.evaluate.lint.deep.bench import Bench
-from homeostat.evaluate.lint.deep.faults import Outlook
 from homeostat.evaluate.lint.finding import Finding, Place, Severity
 from homeostat.plants.files.code import told
 from homeostat.plants.files.folder import PlantFiles, read_files
 
 LIMIT_S: Final = 20.0
 """Longest silence of a check that simulates: a run of a plant takes less than a second [s]."""
-COMPILING_S: Final = 60.0
-"""Longest silence while the process model is made and compiled for the first time [s]."""
+PATIENT_S: Final = 60.0
+"""Longest silence while equations are compiled, or an answer is searched for [s]."""
 _MEND: Final = "mend the plant's code"
 
 
@@ -44,20 +43,25 @@ class Over:
     """Every check that could be carried out was."""
 
 
-def carried_out(folder: Path, names: tuple[str, ...], told: Callable[[Begun], None]) -> Iterator[Finding | Outlook]:
-    """What the checks called ``names`` find in the plant in ``folder``; ``told`` hears how far they are."""
+def carried_out(
+    folder: Path, names: tuple[str, ...], told: Callable[[Begun], None], silent_s: float = LIMIT_S
+) -> Iterator[Found]:
+    """What the checks called ``names`` find in the plant in ``folder``; ``told`` hears how far they are.
+
+    One that simulates and says nothing for ``silent_s`` seconds of the wall's clock is a finding, and the last one.
+    """
     context = get_context("spawn")
     here, there = context.Pipe(duplex=False)
     process = context.Process(target=_serve, args=(there, str(folder), names), daemon=True)
     process.start()
     there.close()
-    now, limit_s = Begun(names[0]), COMPILING_S
+    now, limit_s = Begun(names[0]), PATIENT_S
     try:
         while here.poll(limit_s):
             said = here.recv()
             match said:
                 case Begun():
-                    now, limit_s = said, COMPILING_S if CHECKS[said.check].compiles else LIMIT_S
+                    now, limit_s = said, PATIENT_S if CHECKS[said.check].patient else silent_s
                     told(said)
                 case Over():
                     return
@@ -98,7 +102,7 @@ def _serve(pipe: Connection, folder: str, names: tuple[str, ...]) -> None:
             doing[0] = name
             pipe.send(Begun(name))
             wrong = False
-            for found in _found(CHECKS[name], bench):
+            for found in findings_of(CHECKS[name], bench):
                 pipe.send(found)
                 wrong = wrong or (isinstance(found, Finding) and found.severity is Severity.ERROR)
             if wrong and CHECKS[name].others_rely:
@@ -106,7 +110,7 @@ def _serve(pipe: Connection, folder: str, names: tuple[str, ...]) -> None:
         pipe.send(Over())
 
 
-def _found(check: Check, bench: Bench) -> Iterator[Finding | Outlook]:
+def findings_of(check: Check, bench: Bench) -> Iterator[Found]:
     """What a check finds; what the plant's code raises meanwhile is a finding, too."""
     try:
         yield from check.carry_out(bench)

@@ -10,14 +10,17 @@ from typing import Any
 
 from homeostat.domain.quotation import printable
 from homeostat.evaluate.lint.check import Checked, check
+from homeostat.evaluate.lint.checks import ANSWERS, DEEP, LOADING
 from homeostat.evaluate.lint.child import Begun
+from homeostat.evaluate.lint.deep.answers import Answered
 from homeostat.evaluate.lint.deep.faults import Outlook
 from homeostat.evaluate.lint.finding import Finding
 
 
 def carry_out(options: argparse.Namespace) -> int:
     """Print every finding; 1 where one counts."""
-    checked = check(options.case, options.deep, _Progress())
+    names = ANSWERS if options.answers else DEEP if options.deep else LOADING
+    checked = check(options.case, names, _Progress())
     if options.json:
         print(json.dumps(_as_json(options.case, checked), indent=1))
     else:
@@ -31,8 +34,8 @@ def _lines(case: str, checked: Checked) -> list[str]:
     notes = len(checked.findings) - counted
     told = "clean" if not counted else f"{counted} finding{'' if counted == 1 else 's'}"
     said = f", {notes} note{'' if notes == 1 else 's'}" if notes else ""
-    outlooks = [_outlook(each) for each in checked.outlooks]
-    return [*map(str, checked.findings), *outlooks, f"{case}: {told}{said}"]
+    about = [*map(_outlook, checked.outlooks), *map(_answer, checked.answers)]
+    return [*map(str, checked.findings), *about, f"{case}: {told}{said}"]
 
 
 def _outlook(each: Outlook) -> str:
@@ -46,6 +49,14 @@ def _outlook(each: Outlook) -> str:
     return f"fault {each.fault}: {noticed}{symptoms}{violates}{alike}{answers}"
 
 
+def _answer(each: Answered) -> str:
+    if not each.path:
+        return f"answer to {each.fault}: none: {each.reason}"
+    binds = f", {each.margin:.3g} {each.unit} of {each.binds} are left" if each.margin is not None else ""
+    cost = "" if each.cost_share is None else f", at {each.cost_share:.1%} of the design production"
+    return f"answer to {each.fault}: {' > '.join(each.path)} by {each.proposer}{binds}{cost}"
+
+
 def _as_json(case: str, checked: Checked) -> dict[str, Any]:
     def plain(finding: Finding) -> dict[str, Any]:
         where = {"file": finding.where.file, "row": finding.where.row, "key": finding.where.key}
@@ -56,6 +67,7 @@ def _as_json(case: str, checked: Checked) -> dict[str, Any]:
         "clean": checked.clean,
         "findings": [plain(finding) for finding in checked.findings],
         "faults": [asdict(each) for each in checked.outlooks],
+        "answers": [asdict(each) for each in checked.answers],
     }
 
 

@@ -38,27 +38,25 @@ def _closes(bench: Bench, feature: Feature) -> Iterator[Finding]:
     late = course.after(from_s)
     assert feature.accumulation is not None
     stored = _values(course, feature.accumulation.root)[late]
-    rate, gross = _values(course, feature.expression.root)[late], _gross(course, feature.expression.root)[late]
+    rate = _values(course, feature.expression.root)[late]
     window = max(int(feature.window_s), 1)
     if stored.size <= window or not np.isfinite(stored).all() or not np.isfinite(rate).all():
         return
-    gained = stored[window:] - stored[:-window]
-    brought = _sums(rate, window)
-    left = np.abs(gained - brought).mean()
-    moved = max(float(_sums(gross, window).mean()), 1e-12)
-    if left > OPEN * moved and left > 0.5 * _noticed(bench, feature):
+    left = float(np.abs(stored[window:] - stored[:-window] - _sums(rate, window)).mean())
+    allowed = _allowed(bench, feature, _sums(_gross(course, feature.expression.root)[late], window))
+    if left > allowed:
         what = (
-            f"'{feature.expression}' does not bring what '{feature.accumulation}' gains: in {window} s "
-            f"of a healthy course {left:.4g} {feature.unit} are left over, {left / moved:.1%} of what goes in and out"
+            f"'{feature.expression}' does not bring what '{feature.accumulation}' gains: in {window} s of a healthy "
+            f"course {left:.4g} {feature.unit} are left over on the mean, more than {allowed:.4g} {feature.unit}"
         )
         remedy = "correct the balance in the table, or the equation of the model that loses it"
         yield Finding(Severity.ERROR, "balances", bench.places.row("features", id=feature.name), what, remedy)
 
 
-def _noticed(bench: Bench, feature: Feature) -> float:
-    """Least deviation of the feature that a symptom counts; half of it is left to what tables leave out."""
+def _allowed(bench: Bench, feature: Feature, moved: Vec) -> float:
+    """What may be left over: half of what a symptom counts; where there is none a small share of what is ``moved``."""
     rules = [rule.threshold for rule in bench.plant.description.symptom_rules if rule.feature == feature.name]
-    return min(rules, default=0.0)
+    return 0.5 * min(rules) if rules else OPEN * float(moved.mean())
 
 
 def _values(course: Course, node: tree.Arithmetic) -> Vec:

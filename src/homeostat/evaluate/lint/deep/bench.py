@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar, final
@@ -17,11 +16,13 @@ from homeostat.evaluate.lint.places import Places
 from homeostat.plants.files.baselines import learned_from, read_baselines
 from homeostat.plants.files.folder import BASELINES
 from homeostat.plants.files.generated import baseline_sources
-from homeostat.plants.learning import learned
+from homeostat.plants.learning import learn
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.process.types import Vec
 
 T = TypeVar("T")
+RUNS = 16
+"""Fault-free runs from which reference values are learned for a check, where the plant has none of its own."""
 SEEDS = (1, 2)
 """Seeds of the fault-free courses with noise and with true parameters of their own."""
 
@@ -33,7 +34,6 @@ class Bench:
     def __init__(self, folder: Path, told: Callable[[str], None] = lambda text: None) -> None:
         """``told`` hears what is being done, in a few words."""
         self.folder, self.told = folder, told
-        self._courses: dict[tuple[object, ...], Course] = {}
         self._kept: dict[str, Any] = {}
 
     def kept(self, name: str, make: Callable[[], T]) -> T:
@@ -55,10 +55,11 @@ class Bench:
 
     @cached_property
     def baselines(self) -> Mapping[str, Baseline]:
-        """Feature -> its reference values; learned where they are missing or stale. Raises PlantError."""
+        """Feature -> its reference values; from a few runs where they are missing or stale. Raises PlantError."""
         content = self.plant.files.contents.get(BASELINES)
         if content is None or learned_from(content) != baseline_sources(self.plant):
-            content = learned(self.plant, lambda done, of: self.told(f"reference values, {done} of {of} runs"))
+            found = learn(self.plant, RUNS, lambda done, of: self.told(f"reference values, {done} of {of} runs"))
+            return {baseline.feature: baseline for baseline in found}
         return read_baselines(content, self.plant.description)
 
     @cached_property
@@ -85,15 +86,24 @@ class Bench:
 
     def faulty(self, fault: FaultMode, severity: float, noise: float = 0.0) -> Course:
         """The plant with ``fault`` of a ``severity`` from :attr:`onset_s` on, nobody acting."""
-        key = (fault.name, severity, noise)
-        if key not in self._courses:
-            self.told(f"fault {fault.name}")
-            self._courses[key] = self.acted((FaultState(fault.name, severity, self.onset_s),), noise)
-        return self._courses[key]
+        self.told(f"fault {fault.name}")
 
-    def acted(self, faults: tuple[FaultState, ...], noise: float = 0.0, act: Act = lambda seen: None) -> Course:
-        """The plant by its best estimates with ``faults``, and with what ``act`` carries out."""
-        return run(self.plant, replace(Setting(self.nominal, noise), faults=faults), act)
+        def make() -> Course:
+            return self.acted((FaultState(fault.name, severity, self.onset_s),), noise)
+
+        if noise:  # it is looked at once, and a course takes room
+            return make()
+        return self.kept(f"{fault.name} {severity}", make)
+
+    def acted(
+        self,
+        faults: tuple[FaultState, ...],
+        noise: float = 0.0,
+        act: Act = lambda seen: None,
+        end_s: float | None = None,
+    ) -> Course:
+        """The plant by its best estimates with ``faults``, and with what ``act`` carries out, until ``end_s`` [s]."""
+        return run(self.plant, Setting(self.nominal, noise, faults=faults, end_s=end_s), act)
 
     @cached_property
     def noise(self) -> Mapping[str, float]:

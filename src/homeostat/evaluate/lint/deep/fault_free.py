@@ -10,11 +10,13 @@ import numpy as np
 
 from homeostat.domain.plant.description import Relation
 from homeostat.domain.plant.limits import Limit, LimitKind
+from homeostat.domain.recovery import Step
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.contract import module_file
 from homeostat.evaluate.lint.deep.course import Course
 from homeostat.evaluate.lint.deep.symptoms import first_symptoms
 from homeostat.evaluate.lint.finding import Finding, Place, Severity
+from homeostat.guard.requests.permissives import permissive_findings
 from homeostat.plants.assembly import nominal
 
 OUTSIDE: Final = 0.01
@@ -56,16 +58,36 @@ def _route(bench: Bench, course: Course) -> Iterator[Finding]:
         return
     step = steps[len(course.states)]
     at_s = course.states[-1][1] if course.states else 0.0
+    if refused := _refused(bench, course, step, at_s):
+        yield refused
+        return
     signals = {tag: values[:, course.after(at_s)] for tag, values in course.truth.signals.items()}
     nearest = float(np.max(step.transition.guard.margins(signals, 1.0), initial=-math.inf))
     what = (
         f"the fault-free plant does not come from {step.transition.source!r} to {step.target!r} "
-        f"in {bench.plant.end_s:g} s: '{step.transition.guard}' never holds while no permissive forbids it, and its "
+        f"in {bench.plant.end_s:g} s: '{step.transition.guard}' never holds, its "
         f"margin is {nearest:.4g} {step.transition.guard.unit} at best"
     )
     place = bench.places.row("transitions", id=step.transition.name)
     remedy = "correct the guard, the setpoints or the model, or give the run more time (end_s)"
     yield Finding(Severity.ERROR, "fault-free", place, what, remedy)
+
+
+def _refused(bench: Bench, course: Course, step: Step, at_s: float) -> Finding | None:
+    """The permissive that forbids ``step`` although its guard holds; None where there is none."""
+    for snapshot in course.seen:
+        if snapshot.at_s <= at_s or not step.transition.guard.holds(snapshot.values):
+            continue
+        for found in permissive_findings(snapshot, step.commands, bench.plant.description.limits):
+            if not found.satisfied:
+                what = (
+                    f"it forbids what the fault-free plant is due to do at {snapshot.at_s:g} s, "
+                    f"{step.transition.name!r} to {step.target!r}: {found.message}"
+                )
+                place = bench.places.row("limits", id=found.criterion)
+                remedy = "correct the permissive, or what the state is by design (setpoints.csv)"
+                return Finding(Severity.ERROR, "fault-free", place, what, remedy)
+    return None
 
 
 def _limits(bench: Bench, course: Course) -> Iterator[Finding]:

@@ -161,11 +161,11 @@ def _outlook(bench: Bench, fault: FaultMode, shown: dict[str, Shown], alike: tup
         violates=violates,
         violated_s=violated_s,
         alike=alike,
-        answers=answers(bench, fault),
+        answers=open_targets(bench, fault),
     )
 
 
-def answers(bench: Bench, fault: FaultMode) -> tuple[str, ...]:
+def open_targets(bench: Bench, fault: FaultMode) -> tuple[str, ...]:
     """Recovery targets to which some path leads from the state in which the fault begins, guards apart."""
     machine = bench.plant.description.machine
     blocked = () if fault.disables is None else (fault.disables,)
@@ -175,7 +175,7 @@ def answers(bench: Bench, fault: FaultMode) -> tuple[str, ...]:
 def _targets(bench: Bench, blocked: tuple[str, ...]) -> set[str]:
     """Recovery targets that decisions lead to from where the plant is when a fault begins, whatever guards say."""
     machine, event = bench.plant.description.machine, bench.plant.description.machine.recovery_event
-    reached, ends = {_state_at(bench, bench.onset_s)}, set[str]()
+    reached, ends = {state_at(bench, bench.onset_s)}, set[str]()
     for _ in machine.states:
         for t in machine.transitions:
             target = machine.state(t.target)
@@ -186,7 +186,8 @@ def _targets(bench: Bench, blocked: tuple[str, ...]) -> set[str]:
     return ends
 
 
-def _state_at(bench: Bench, at_s: float) -> str:
+def state_at(bench: Bench, at_s: float) -> str:
+    """State in which the fault-free plant is at ``at_s`` [s]."""
     entered = [name for name, from_s in bench.quiet.states if from_s <= at_s]
     return entered[-1] if entered else bench.plant.description.machine.initial.name
 
@@ -207,11 +208,11 @@ def _apart(bench: Bench, one: str, other: str) -> float:
 
 def _answers_differ(bench: Bench, one: str, other: str) -> bool:
     d = bench.plant.description
-    return answers(bench, d.fault(one)) != answers(bench, d.fault(other))
+    return open_targets(bench, d.fault(one)) != open_targets(bench, d.fault(other))
 
 
 def _torn(bench: Bench, one: str, other: str) -> Finding:
-    ways = [f"{name!r} {' or '.join(answers(bench, bench.plant.description.fault(name))) or 'the fallback alone'}"
+    ways = [f"{name!r} {' or '.join(open_targets(bench, bench.plant.description.fault(name))) or 'the fallback alone'}"
             for name in (one, other)]  # fmt: skip
     what = (
         f"{one!r} and {other!r} cannot be told apart by any instrument at their nominal severities, and their answers "
@@ -223,12 +224,10 @@ def _torn(bench: Bench, one: str, other: str) -> Finding:
 
 
 def _silent(bench: Bench, shown: dict[str, dict[str, Shown]]) -> Iterator[Finding]:
-    """Symptoms that none of their faults shows, whatever its severity."""
+    """Symptoms that none of their faults shows at its nominal severity."""
     for rule in bench.plant.description.symptom_rules:
         known = [name for name in rule.faults if name in shown]
         if not known or any(shown[name][rule.name].confirmed_s is not None for name in known):
-            continue
-        if any(_shown_at_an_end(bench, name, rule.name) for name in known):
             continue
         yield _never(bench, rule, known, shown)
 
@@ -238,7 +237,8 @@ def _never(bench: Bench, rule: SymptomRule, known: list[str], shown: dict[str, d
     place, side = bench.places.row("symptoms", id=rule.name), rule.direction.value
     others = [r for r in bench.plant.description.symptom_rules if r.feature == rule.feature and r.name != rule.name]
     opposite = max(shown[name][rule.name].opposite for name in known)
-    what = f"none of the faults that it indicates ({', '.join(known[:3])}{' ...' if known[3:] else ''}) shows it"
+    named = f"{', '.join(known[:3])}{' ...' if known[3:] else ''}"
+    what = f"none of the faults that it indicates ({named}) shows it at its nominal severity"
     if opposite >= 1.0 and not others:
         what += f": its feature goes to {opposite:.2g} times the threshold, but not to the side {side!r}"
         return Finding(Severity.ERROR, "faults", place, what, "turn its direction round")
@@ -247,16 +247,9 @@ def _never(bench: Bench, rule: SymptomRule, known: list[str], shown: dict[str, d
     return Finding(Severity.NOTE, "faults", place, what, "nothing, where it is there for what no table names")
 
 
-def _shown_at_an_end(bench: Bench, name: str, symptom: str) -> bool:
-    fault = bench.plant.description.fault(name)
-    course = bench.faulty(fault, fault.severity_range.high, noise=1.0)
-    found = {rule.name: each for rule, each in first_symptoms(bench, course, bench.onset_s).items()}
-    return found[symptom].confirmed_s is not None
-
-
 def _dead_ends(bench: Bench) -> Iterator[Finding]:
     """From where faults begin there is some recovery, if any exists in the plant."""
-    machine, state = bench.plant.description.machine, _state_at(bench, bench.onset_s)
+    machine, state = bench.plant.description.machine, state_at(bench, bench.onset_s)
     if not machine.recovery_event or _targets(bench, ()):
         return
     place = bench.places.row("states", id=state)

@@ -18,7 +18,7 @@ LATE: Final = 0.2
 """Share of a course at its end in which a loop has to stand still [1]."""
 STILL: Final = 0.05
 """Share of its range by which an output may swing there without noise [1]."""
-SHAKES: Final = 0.1
+SHAKES: Final = 0.05
 """Standard deviation, as a share of its range, by which noise may move an output [1]."""
 SCALES: Final = 2.0
 """Scales of its tag by which a loop may be off its setpoint there [1]."""

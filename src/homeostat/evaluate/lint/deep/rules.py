@@ -56,14 +56,15 @@ def _by_design(bench: Bench) -> Iterator[Finding]:
     course, d = bench.quiet, bench.plant.description
     ends = [*(at_s for _, at_s in course.states[1:]), math.inf]
     for limit in _permissives(bench):
-        margins = np.broadcast_to(limit.formula.margins(course.truth.signals, 1.0), (1, course.truth.times_s.size))[0]
+        found = limit.formula.margins(course.truth.signals, 1.0)
+        fails = ~(np.broadcast_to(found, (1, course.truth.times_s.size))[0] >= 0.0)  # what is undecided forbids, too
         for (state, from_s), to_s in zip(course.states, ends, strict=True):
             during = course.after(from_s) & (course.truth.times_s < to_s)
-            if state in d.start_up.states or not during.any() or (margins[during] < 0.0).mean() <= FORBIDDEN:
+            if state in d.start_up.states or not during.any() or fails[during].mean() <= FORBIDDEN:
                 continue
             what = (
                 f"'{limit.formula}' forbids what {state!r} is by design: it does not hold for "
-                f"{int((margins[during] < 0.0).sum())} of {int(during.sum())} s of the fault-free plant in that state"
+                f"{int(fails[during].sum())} of {int(during.sum())} s of the fault-free plant in that state"
             )
             place = bench.places.row("limits", id=limit.name)
             yield Finding(Severity.ERROR, "rules", place, what, "correct the permissive, or what the state admits")

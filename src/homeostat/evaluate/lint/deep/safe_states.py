@@ -20,6 +20,10 @@ from homeostat.plants.assembly import fallbacks
 
 LATE_S: Final = 3.0
 """A limit trips so long after its first violation [s]."""
+LEAST_S: Final = 200.0
+"""For how long it is followed at least [s]."""
+PERIODS: Final = 4.0
+"""Multiples of its time for which it is followed whether a strategy helps [1]."""
 _REMEDY: Final = "command more, faster (fallbacks.csv), or state another strategy for the limit (fallback_limits.csv)"
 
 
@@ -30,6 +34,16 @@ class _Asked(NamedTuple):
     severity: float
     limit: Limit
     from_s: float
+
+
+class _Failure(NamedTuple):
+    """A strategy that does not help in its time."""
+
+    fault: str
+    reason: str
+    """As the guard would say it."""
+    back_s: float | None
+    """When the limit comes back all the same, after the strategy stands [s]; None where it does not."""
 
 
 def safe_states(bench: Bench) -> Iterator[Finding]:
@@ -112,23 +126,36 @@ def _restarts(bench: Bench) -> Iterator[Finding]:
 
 def _helps(bench: Bench) -> Iterator[Finding]:
     """Whatever fault violates a limit, some strategy that is said to bring it back does; and each does under some."""
-    own: dict[tuple[str, str], list[str]] = {}
+    own: dict[tuple[str, str], list[_Failure | None]] = {}
     for each in _asked(bench):
         serving = [s for s in fallbacks(bench.plant) if each.limit.name in s.serves]
-        reasons = [_fails(bench, each, strategy) for strategy in serving]
-        for strategy, reason in zip(serving, reasons, strict=True):
+        failures = [_fails(bench, each, strategy) for strategy in serving]
+        for strategy, failure in zip(serving, failures, strict=True):
             if _fit(bench, each.fault, strategy):
-                own.setdefault((strategy.name, each.limit.name), []).append(reason)
-        if serving and all(reasons):
+                own.setdefault((strategy.name, each.limit.name), []).append(failure)
+        told = [failure.reason for failure in failures if failure]
+        if serving and len(told) == len(serving):
             what = f"under {each.fault.name!r} ({each.severity:g} {each.fault.severity_unit}) no strategy helps"
             place = bench.places.row("limits", id=each.limit.name)
-            yield Finding(Severity.ERROR, "fallbacks", place, f"{what} {each.limit.name}: {reasons[0]}", _REMEDY)
-    for (name, limit), reasons in own.items():
-        if all(reasons):
-            place = bench.places.row("fallback_limits", strategy=name, limit=limit)
-            what = f"it helps {limit} under none of the {len(reasons)} faults that violate it: {reasons[0]}"
-            remedy = "command more, faster (fallbacks.csv), or give it the time that it needs (acts_within_s)"
-            yield Finding(Severity.ERROR, "fallbacks", place, what, remedy)
+            yield Finding(Severity.ERROR, "fallbacks", place, f"{what} {each.limit.name}: {told[0]}", _REMEDY)
+    for (name, limit), every in own.items():
+        yield from _hindered(bench, name, limit, every)
+
+
+def _hindered(bench: Bench, strategy: str, limit: str, every: list[_Failure | None]) -> Iterator[Finding]:
+    """What keeps a strategy from bringing a limit back under faults that leave it what it commands."""
+    failures = [failure for failure in every if failure]
+    late = [(failure.back_s, failure.fault) for failure in failures if failure.back_s is not None]
+    place = bench.places.row("fallback_limits", strategy=strategy, limit=limit)
+    if len(failures) == len(every):
+        what = f"it helps {limit} under none of the {len(every)} faults that violate it: {failures[0].reason}"
+        remedy = "command more, faster (fallbacks.csv), or give it the time that it needs (acts_within_s)"
+        yield Finding(Severity.ERROR, "fallbacks", place, what, remedy)
+    elif late:
+        back_s, fault = max(late)
+        what = f"{strategy!r} is given up before it helps: under {fault!r} {limit} comes back after {back_s:g} s"
+        remedy = f"give it about twice as long (acts_within_s), or command more, faster ({len(late)} faults)"
+        yield Finding(Severity.ERROR, "fallbacks", place, what, remedy)
 
 
 def _fit(bench: Bench, fault: FaultMode, strategy: FallbackStrategy) -> bool:
@@ -152,17 +179,19 @@ def _asked(bench: Bench) -> Iterator[_Asked]:
                 break
 
 
-def _fails(bench: Bench, asked: _Asked, strategy: FallbackStrategy) -> str:
-    """Why ``strategy`` does not help, as the guard would say; empty where it does."""
+def _fails(bench: Bench, asked: _Asked, strategy: FallbackStrategy) -> _Failure | None:
+    """Why ``strategy`` does not help, as the guard would say; None where it does."""
     bench.told(f"{strategy.name} under {asked.fault.name}")
 
     def act(seen: Snapshot) -> ActionSet | None:
         return strategy.actions if seen.at_s >= asked.from_s + LATE_S else None
 
     fault = FaultState(asked.fault.name, asked.severity, bench.onset_s)
-    course = bench.acted((fault,), noise=1.0, act=act)
+    effect = strategy.serves[asked.limit.name]
+    end_s = min(bench.plant.end_s, asked.from_s + max(PERIODS * effect.acts_within_s, LEAST_S))
+    course = bench.acted((fault,), noise=1.0, act=act, end_s=end_s)
     if course.broke:
-        return f"the plant breaks: {course.broke}"
+        return _Failure(asked.fault.name, f"the plant breaks: {course.broke}", None)
     stands_s = course.acted_s + _ramp_s(bench, strategy, course)
     watch = EffectWatch(fallbacks(bench.plant))
     for snapshot in course.seen:
@@ -171,8 +200,10 @@ def _fails(bench: Bench, asked: _Asked, strategy: FallbackStrategy) -> str:
         margin = asked.limit.formula.margin_at(snapshot.values)
         violated = () if margin >= 0.0 else (Violation(asked.limit.name, margin, asked.limit.formula.unit, _SHORT),)
         if failure := watch.failed(snapshot.at_s, strategy, violated):
-            return failure[1].removesuffix(f": {_SHORT}")
-    return ""
+            still = course.outside(asked.limit) & course.after(stands_s)
+            back_s = None if still[-1] else float(course.truth.times_s[still][-1]) - stands_s if still.any() else 0.0
+            return _Failure(asked.fault.name, failure[1].removesuffix(f": {_SHORT}"), back_s)
+    return None
 
 
 _SHORT: Final = "violated"

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.agents.monitoring.symptoms import SymptomWatch
 from homeostat.domain.diagnosis import SymptomRule
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.course import Course
+
+LAGS: Final = 10.0
+"""Time constants after which a filter has forgotten where it began [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +30,7 @@ class Shown:
 
 
 def first_symptoms(bench: Bench, course: Course, from_s: float) -> dict[SymptomRule, Shown]:
-    """What each rule shows from ``from_s`` on [s]; the features are followed from the beginning."""
+    """What each rule shows from ``from_s`` on [s]; the features are followed from long enough before."""
     d = bench.plant.description
     filters = [FeatureFilter(feature) for feature in d.features]
     watches = {f.name: [SymptomWatch(r, bench.baselines[f.name]) for r in d.symptom_rules if r.feature == f.name]
@@ -34,7 +38,10 @@ def first_symptoms(bench: Bench, course: Course, from_s: float) -> dict[SymptomR
     confirmed: dict[str, float] = {}
     largest = dict.fromkeys((rule.name for rule in d.symptom_rules), 0.0)
     opposite = dict(largest)
+    before_s = max((f.window_s + LAGS * f.filter_s for f in d.features), default=0.0)
     for snapshot in course.seen:
+        if snapshot.at_s <= from_s - before_s:
+            continue
         values = [each.update(snapshot) for each in filters]
         if snapshot.at_s <= from_s:
             continue
