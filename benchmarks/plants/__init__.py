@@ -1,1 +1,1 @@
-"""Sixty mistakes that an engineer may make in a plant's folder, and what its check says of each."""
+"""What a plant in a folder takes, and what its check says of sixty mistakes that an engineer may make in one."""

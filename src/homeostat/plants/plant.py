@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pyoxigraph import NamedNode
 
 from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.domain.mode import Side
@@ -16,21 +15,18 @@ from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.recovery import open_setpoints
 from homeostat.guard.settings import LEASE_WITHIN_S
 from homeostat.knowledge.build.build import GRAPH
-from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.store import GraphStore
 from homeostat.plants.configuration import configuration_digest
+from homeostat.plants.described import read_stated
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.baselines import refuse_altered
-from homeostat.plants.files.folder import BASELINES, SETTINGS, PlantFiles, read_files
-from homeostat.plants.files.generated import with_baselines, with_fresh_graph
-from homeostat.plants.files.graph import open_graph, refuse_other_model
-from homeostat.plants.files.places import plant_folder
+from homeostat.plants.files.folder import BASELINES, SETTINGS, PlantFiles
+from homeostat.plants.files.generated import with_baselines
+from homeostat.plants.files.graph import refuse_other_model
 from homeostat.plants.model import find_model
 from homeostat.plants.settings.balances import read_balances
-from homeostat.plants.settings.check import refuse_misfit, refuse_misnamed
-from homeostat.plants.settings.defaults import completed
+from homeostat.plants.settings.check import refuse_misfit
 from homeostat.plants.settings.figure_panel import read_panel
-from homeostat.plants.settings.file import read_settings
 from homeostat.plants.settings.settings import Settings
 from homeostat.process.model import ProcessModel
 from homeostat.process.seeds import Stream, generator
@@ -123,21 +119,16 @@ def load_plant(name: str, learned: bool = True, kept: bool = True) -> Plant:
         PlantError: the plant is unknown, or its settings are wrong or do not fit the plant.
         GraphError: a generated file was altered, or graph, tables, model and reference values disagree.
     """
-    files = read_files(plant_folder(name))
-    settings = read_settings(files)
-    fresh = with_fresh_graph(files, kept)
-    graph = open_graph(fresh.contents[GRAPH])
-    description = read_plant(graph, NamedNode(settings.system))
-    settings = completed(files.folder.name, settings, description)
-    refuse_misnamed(files.folder.name, settings, description)
+    stated = read_stated(name, kept)
+    files, settings, description = stated.files, stated.settings, stated.description
     _check_choices(description.machine)
     if BASELINES in files.contents:
         refuse_altered(files.contents[BASELINES])
-    model = find_model(fresh, settings.model, description)  # its code runs after what can be checked without it
+    model = find_model(files, settings.model, description)  # its code runs after what can be checked without it
     refuse_other_model(description, model, settings.twin.settings.horizon_s)
     refuse_misfit(files.folder.name, settings, description, model)
-    plant = _with_generated(_case(settings, fresh, graph, description, model), settings)
-    if fresh is not files:
+    plant = _with_generated(_case(settings, files, stated.graph, description, model), settings)
+    if files is not stated.read:
         plant = replace(plant, remade=(GRAPH,))
     return with_baselines(plant, kept) if learned else plant
 

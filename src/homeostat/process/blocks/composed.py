@@ -40,7 +40,6 @@ class ComposedModel:
         FlowsheetError where the flowsheet is not complete.
         """
         self._layout = layout = Layout.of(sheet, faults)
-        self._sheet = sheet
         self.flowsheet = sheet
         """What it follows from."""
         self.states: tuple[str, ...] = layout.states
@@ -60,13 +59,13 @@ class ComposedModel:
         """State in which the plant starts: as the flowsheet says, actuators where they start, instruments true."""
         x, at = np.zeros(len(self.states)), self._layout.column
         values = self._parameter_values(parameters)
-        for s in self._sheet.states.values():
+        for s in self.flowsheet.states.values():
             x[at[s.name]] = evaluate(s.start, values)
-        for a in self._sheet.actuators.values():
+        for a in self.flowsheet.actuators.values():
             x[[at[name] for name in (*a.positions, a.command)]] = a.start
-        for kept in self._sheet.memories.values():
+        for kept in self.flowsheet.memories.values():
             x[at[kept.name]] = kept.start
-        for d in self._sheet.disturbances.values():
+        for d in self.flowsheet.disturbances.values():
             x[at[str(d.now.value)]] = values[Term(Leaf.PARAMETER, value=d.name)]
         self._estimation.fill(x, parameters)
         return x
@@ -76,23 +75,23 @@ class ComposedModel:
         values = state.tolist()
         read = {name: values[i] for name, i in self._read.items()}
         read.update(zip(self.inputs, inputs.tolist(), strict=True))
-        for c in self._sheet.controllers.values():
+        for c in self.flowsheet.controllers.values():
             read[f"{c.measured}_err"] = read[c.measured] - values[self._layout.column[str(c.used.value)]]
         return read
 
     def truth(self, record: Cube, inputs: Cube) -> Mapping[str, NDArray[np.float64]]:
         """Variable -> true values; deviations as the loops see them, travel from the first sample on."""
         at = self._layout.column
-        values = {name: record[:, :, at[name]] for name in (*self._sheet.states, *self._sheet.quantities)}
+        values = {name: record[:, :, at[name]] for name in (*self.flowsheet.states, *self.flowsheet.quantities)}
         values |= {name: record[:, :, i] for name, i in self._read.items()}
-        values |= {s.name: record[:, :, at[s.true]] for s in self._sheet.sensors.values()}
+        values |= {s.name: record[:, :, at[s.true]] for s in self.flowsheet.sensors.values()}
         shape = record.shape[:2]
         for k, name in enumerate(self.inputs):
             values[name] = np.broadcast_to(inputs[:, :, k], shape)
-        for c in self._sheet.controllers.values():
-            ideal, used = (record[:, :, at[n]] for n in (self._sheet.sensors[c.measured].ideal, str(c.used.value)))
+        for c in self.flowsheet.controllers.values():
+            ideal, used = (record[:, :, at[n]] for n in (self.flowsheet.sensors[c.measured].ideal, str(c.used.value)))
             values[f"{c.measured}_err"] = ideal - used
-        for a in self._sheet.actuators.values():
+        for a in self.flowsheet.actuators.values():
             travel = record[:, :, at[f"{a.name}_travel"]]
             values[f"{a.name}_travel"] = travel - travel[:, :1]
         return values
@@ -106,7 +105,7 @@ class ComposedModel:
     ) -> None:
         """Actuators whose position no instrument shows stand where commands and faults put them."""
         at, begun = self._layout.column, np.where(onset_s <= at_s, severity, 0.0)
-        for a in self._sheet.actuators.values():
+        for a in self.flowsheet.actuators.values():
             if a.name in self._estimation.shown_actuators:
                 continue
             command = inputs[:, self.inputs.index(a.manual)]
@@ -129,10 +128,10 @@ class ComposedModel:
                 states[:, i] = readings[name][-1]
         resume_controllers(self._layout, states, readings, parameters[0])
         at, column = self._layout.column, self.parameters.index
-        for d in self._sheet.disturbances.values():
+        for d in self.flowsheet.disturbances.values():
             if d.measured is None or d.measured not in readings:
                 continue
-            sensor, read = self._sheet.sensors[d.measured], readings[d.measured]
+            sensor, read = self.flowsheet.sensors[d.measured], readings[d.measured]
             bias = parameters[:, column(str(sensor.bias.value))]
             mean, now = np.mean(read[-MEASURED_S:]), read[-1]
             parameters[:, column(d.name)] = mean / (1.0 + bias) if sensor.relative else mean - bias
@@ -149,7 +148,7 @@ class ComposedModel:
     ) -> tuple[Mapping[str, Vec], Mapping[str, Vec]]:
         """Noise-free readings of the instruments next to the truth."""
         at, shown, true = self._layout.column, {}, {}
-        for s in self._sheet.sensors.values():
+        for s in self.flowsheet.sensors.values():
             true[s.name] = states[:, at[s.true]]
             bias = parameters[:, self.parameters.index(str(s.bias.value))]
             shown[s.name] = true[s.name] * (1.0 + bias) if s.relative else true[s.name] + bias
@@ -158,10 +157,10 @@ class ComposedModel:
     def replay_inputs(self, readings: Mapping[str, Vec], inputs: Table) -> Table:
         """Recorded commands by hand, and what instruments said of what comes in."""
         replay = inputs.copy()
-        for a in self._sheet.actuators.values():
+        for a in self.flowsheet.actuators.values():
             if a.automatic is not None and a.command in readings:
                 replay[:, self.inputs.index(a.manual)] = readings[a.command]
-        for d in self._sheet.disturbances.values():
+        for d in self.flowsheet.disturbances.values():
             if d.measured is not None and d.measured in readings:
                 replay[:, self.inputs.index(d.reading)] = readings[d.measured]
         return replay

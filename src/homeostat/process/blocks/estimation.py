@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import Any, Final, final
 
 import numpy as np
@@ -62,7 +62,7 @@ class Estimation:
         values = self._values(x, readings)
         found = self._solved(np.array([evaluate(s.start, values) for s in sheet.states.values()]), values, readings)
         x[: len(found)] = found
-        self._follow(x, values | dict(zip(self._states, found.tolist(), strict=True)))
+        self._follow(x, values | dict(zip(self._states, found.tolist(), strict=True)), readings)
         return x
 
     def fill(self, x: Vec, parameters: Vec) -> None:
@@ -70,7 +70,7 @@ class Estimation:
         named = {
             Term(Leaf.PARAMETER, value=n): v for n, v in zip(self._layout.parameters, parameters.tolist(), strict=True)
         }
-        self._follow(x, self._values(x, {}) | named)
+        self._follow(x, self._values(x, {}) | named, ())
 
     def correct(self, states: Table, residuals: Mapping[str, Vec]) -> None:
         """Move ``states``, shape (members, states), by readings beyond the model: variable -> shape (members,)."""
@@ -125,8 +125,8 @@ class Estimation:
         values |= {Term(Leaf.INPUT, value=n): readings.get(n, np.nan) for n in self._layout.inputs}
         return values | {Term(Leaf.FAULT, value=n): 0.0 for n in self._layout.sheet.faults}
 
-    def _follow(self, x: Vec, values: dict[Term, Any]) -> None:
-        """Lags and dead times as after a long time, then the truth of every instrument, in place."""
+    def _follow(self, x: Vec, values: dict[Term, Any], read: Container[str]) -> None:
+        """Lags and dead times as after a long time, then what instruments that were not ``read`` show, in place."""
         sheet, at = self._layout.sheet, self._layout.column
         for each in sheet.lags.values():
             stands = float(evaluate(each.of, values))
@@ -134,7 +134,7 @@ class Estimation:
                 x[at[column]] = values[Term(Leaf.HELD, value=column)] = stands
         for s in sheet.sensors.values():
             x[[at[s.true], at[s.ideal]]] = evaluate(s.of, values)
-            if x[at[s.name]] == 0.0:
+            if s.name not in read:
                 x[at[s.name]] = x[at[s.true]]
         for q in sheet.quantities.values():
             x[at[q.name]] = evaluate(q.of, values)

@@ -123,10 +123,7 @@ class _Source:
 
     def _share(self, tau: Term) -> str:
         """Share of its way that a lag goes in a second: a number of the member."""
-        asked = Term("share", (tau,))
-        if asked not in self._member._known:
-            self._member.keep(asked, f"lag_share({self._member.name(tau)}, 1.0)")
-        return self._member.name(asked)
+        return self._member.kept(Term("share", (tau,)), f"lag_share({self._member.name(tau)}, 1.0)")
 
     def _disturb(self, d: Disturbance, channel: int, scope: Scope) -> None:
         mean = self._member.name(Term(Leaf.PARAMETER, value=d.name))

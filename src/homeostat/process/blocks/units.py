@@ -13,11 +13,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from homeostat.process.blocks.term import Leaf, Term
+from homeostat.process.blocks.term import Leaf, Term, leaves
 
 _SAME = ("add", "sub", "min", "max", "lt", "le", "where")
 _PLAIN = ("exp", "log")
 _CLOSE = 1e-6
+_SHORT = 40
+"""Most characters of a term that a message shows."""
 
 
 class UnitError(ValueError):
@@ -134,8 +136,12 @@ def _number(term: Term) -> float:
 
 
 def told_term(term: Term, named: Mapping[Term, str]) -> str:
-    """``term`` as an engineer would write it, cut where it is long."""
-    return f"{_written(term, named):.80}"
+    """``term`` as an engineer would write it; where that is long, the symbols that it is made of."""
+    text = _written(term, named)
+    if len(text) <= _SHORT:
+        return text
+    names = sorted(str(leaf.value) for leaf in leaves(term) if leaf.op is not Leaf.FAULT)
+    return f"a term of {', '.join(names)}"
 
 
 _SIGNS = {"add": "+", "sub": "-", "mul": "*", "div": "/", "pow": "**", "lt": "<", "le": "<="}
@@ -145,6 +151,8 @@ def _written(term: Term, named: Mapping[Term, str]) -> str:
     if term in named or not term.args:
         return named.get(term, f"{term.value:g}" if isinstance(term.value, float) else str(term.value))
     args = [_written(each, named) for each in term.args]
+    if term.op == "unit":
+        return f"{args[0]} {term.value}"
     if term.op in _SIGNS:
         return f"({args[0]} {_SIGNS[str(term.op)]} {args[1]})"
     return f"{term.op}({', '.join(args)})"

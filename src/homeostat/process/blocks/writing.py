@@ -54,6 +54,10 @@ class Scope:
         self.lines.append(f"{name} = {code}")
         return name
 
+    def kept(self, term: Term, code: str) -> str:
+        """What ``term`` is called, which is ``code`` where it is not known yet."""
+        return self._known.get(term) or self.keep(term, code)
+
     def say(self, *lines: str) -> None:
         """Add ``lines`` as they are."""
         self.lines.extend(lines)
