@@ -34,6 +34,8 @@ has them after {again:.1f} s.
 Every fault at the size that its table calls typical, seed 1, from 2000 s on, thinking declared as one second,
 the true plant with the equations of the model and its own parameters. *Held*: nothing is produced, and the
 plant may go on when it is repaired.
+*Needless action*: no limit would have been violated with nobody acting. A negative loss is more than by design:
+more is fed, to carry heat away or because a valve is open.
 
 | fault | outcome | detected after | first release after | lost of the production | outside a hard limit |
 |---|---|---|---|---|---|
