@@ -67,8 +67,9 @@ def main() -> None:
         rows = [_row(plant, name) for name in plant.model.faults]
     written = [p for p in EXAMPLE.rglob("*") if p.suffix in (".py", ".csv", ".toml") and p.name != "baseline.csv"]
     lines = {path.name: len(path.read_text("utf-8").splitlines()) for path in written}
+    sources = commit("src", "examples", "benchmarks/plants")
     head = HEAD.format(
-        commit=commit("src", "examples", "benchmarks/plants"), model=lines["process.py"], lines=sum(lines.values()), states=len(plant.model.states),
+        commit=sources, model=lines["process.py"], lines=sum(lines.values()), states=len(plant.model.states),
         parameters=len(plant.model.parameters), tags=len(plant.description.tags), faults=len(rows), ready=cold,
         again=warm,
     )  # fmt: skip
