@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -17,9 +18,10 @@ from typing import Final
 
 from homeostat.evaluate.lint.checks import CHECKS, Check, Found
 from homeostat.evaluate.lint.deep.bench import Bench
-from homeostat.evaluate.lint.finding import Finding, Place, Severity
+from homeostat.evaluate.lint.finding import Finding, Place, Severity, split
+from homeostat.plants.error import PlantError
 from homeostat.plants.files.code import told
-from homeostat.plants.files.folder import PlantFiles, read_files
+from homeostat.plants.files.folder import BASELINES, PlantFiles, read_files
 
 LIMIT_S: Final = 20.0
 """Longest silence of a check that simulates: a run of a plant takes less than a second [s]."""
@@ -67,10 +69,8 @@ def carried_out(
                     return
                 case _:
                     yield said
-        what = (
-            f"the plant's code does not answer for {limit_s:g} s in {_doing(now)}; what comes after it is not checked"
-        )
-        yield _stopped(folder, now, what.replace(";", ","))
+        what = f"the plant's code does not answer for {limit_s:g} s in {_doing(now)}, and nothing after it is checked"
+        yield _stopped(folder, now, what)
     except EOFError:
         process.join(LIMIT_S)
         what = f"the plant's code ends the process, with status {process.exitcode}, in {_doing(now)}"
@@ -93,6 +93,7 @@ def _stopped(folder: Path, now: Begun, what: str) -> Finding:
 
 def _serve(pipe: Connection, folder: str, names: tuple[str, ...]) -> None:
     """The child: carry the checks out in their order, until one that others rely on finds something."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever interrupts the command ends this process, too
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # a plant may print; results are the parent's to show
     here = Path(folder)
     with contextlib.suppress(BrokenPipeError):
@@ -114,11 +115,13 @@ def findings_of(check: Check, bench: Bench) -> Iterator[Found]:
     """What a check finds; what the plant's code raises meanwhile is a finding, too."""
     try:
         yield from check.carry_out(bench)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, GeneratorExit):
         raise
+    except PlantError as refused:  # only learning refuses a plant that was loaded
+        what, remedy = split(str(refused), "correct what is not well")
+        yield Finding(Severity.ERROR, check.name, Place(BASELINES), what, remedy)
     except BaseException as broken:  # it is anybody's code
-        files = read_files(bench.folder)
-        place, what = _raised(files, broken)
+        place, what = _raised(read_files(bench.folder), broken)
         yield Finding(Severity.ERROR, check.name, place, f"{what} in the check {check.name!r}", _MEND)
 
 
