@@ -73,6 +73,9 @@ def test_equations_that_never_end_are_ended_and_told(tmp_path: Path) -> None:
     found = list(carried_out(folder, ("repetition", "fault-free"), lambda begun: None, 4.0))
     (hung,) = [each for each in found if isinstance(each, Finding)]
     assert hung.check == "fault-free" and "does not answer for 4 s" in hung.what and hung.remedy
+    lines = (folder / "process.py").read_text("utf-8").splitlines()
+    assert hung.where.file == "process.py" and hung.where.row is not None
+    assert lines[hung.where.row - 1].strip() in ("while record.shape[1] > 100:", "pass")
 
 
 def test_what_it_prints_is_no_part_of_the_answer(tmp_path: Path) -> None:

@@ -22,8 +22,8 @@ from tests.cli.command import homeostat
 
 MISTAKES = (*IN_TABLES, *IN_MODELS)
 HANGS = "equations that never end"
-SLOW = ("fallbacks", "faults", "numbers", "symptoms")
-"""Checks that simulate faults or fallbacks, or learn reference values."""
+SLOW = ("fallbacks", "faults", "loops", "numbers", "symptoms")
+"""Checks that simulate many courses, or learn reference values."""
 OF_KIND = {
     "misspelt names": "stated", "wrong units": "model", "wrong signs": "loops", "limits": "fault-free",
     "guards and states": "model", "permissives": "model", "readings, truth and estimate": "interface",

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -17,9 +19,11 @@ from typing import Final
 
 from homeostat.evaluate.lint.checks import CHECKS, Check, Found
 from homeostat.evaluate.lint.deep.bench import Bench
-from homeostat.evaluate.lint.finding import Finding, Place, Severity
+from homeostat.evaluate.lint.finding import Finding, Place, Severity, split
+from homeostat.evaluate.lint.stuck import answer_to, ask
+from homeostat.plants.error import PlantError
 from homeostat.plants.files.code import told
-from homeostat.plants.files.folder import PlantFiles, read_files
+from homeostat.plants.files.folder import BASELINES, PlantFiles, read_files
 
 LIMIT_S: Final = 20.0
 """Longest silence of a check that simulates: a run of a plant takes less than a second [s]."""
@@ -52,47 +56,50 @@ def carried_out(
     """
     context = get_context("spawn")
     here, there = context.Pipe(duplex=False)
-    process = context.Process(target=_serve, args=(there, str(folder), names), daemon=True)
-    process.start()
-    there.close()
-    now, limit_s = Begun(names[0]), PATIENT_S
-    try:
-        while here.poll(limit_s):
-            said = here.recv()
-            match said:
-                case Begun():
-                    now, limit_s = said, PATIENT_S if CHECKS[said.check].patient else silent_s
-                    told(said)
-                case Over():
-                    return
-                case _:
-                    yield said
-        what = (
-            f"the plant's code does not answer for {limit_s:g} s in {_doing(now)}; what comes after it is not checked"
-        )
-        yield _stopped(folder, now, what.replace(";", ","))
-    except EOFError:
-        process.join(LIMIT_S)
-        what = f"the plant's code ends the process, with status {process.exitcode}, in {_doing(now)}"
-        yield _stopped(folder, now, what)
-    finally:
-        process.kill()
-        process.join()
-        here.close()
+    with tempfile.TemporaryDirectory(prefix="homeostat-check-") as scratch:
+        frames = Path(scratch) / "frames.txt"
+        process = context.Process(target=_serve, args=(there, str(folder), names, str(frames)), daemon=True)
+        process.start()
+        there.close()
+        now, limit_s = Begun(names[0]), PATIENT_S
+        try:
+            while here.poll(limit_s):
+                said = here.recv()
+                match said:
+                    case Begun():
+                        now, limit_s = said, PATIENT_S if CHECKS[said.check].patient else silent_s
+                        told(said)
+                    case Over():
+                        return
+                    case _:
+                        yield said
+            what = f"the plant's code does not answer for {limit_s:g} s in {_doing(now)}, nothing after it is checked"
+            yield _stopped(folder, now, what, ask(process.pid, frames, folder))
+        except EOFError:
+            process.join(LIMIT_S)
+            what = f"the plant's code ends the process, with status {process.exitcode}, in {_doing(now)}"
+            yield _stopped(folder, now, what, None)
+        finally:
+            process.kill()
+            process.join()
+            here.close()
 
 
 def _doing(now: Begun) -> str:
     return f"the check {now.check!r}" + (f" ({now.part})" if now.part else "")
 
 
-def _stopped(folder: Path, now: Begun, what: str) -> Finding:
+def _stopped(folder: Path, now: Begun, what: str, line: tuple[str, int] | None) -> Finding:
     names = sorted(name for name in read_files(folder).own_code if "/" not in name)
-    place = Place("process.py" if "process.py" in names or not names else names[0])
-    return Finding(Severity.ERROR, now.check, place, what, f"{_MEND}, or say in it what it cannot do")
+    place = Place("process.py" if "process.py" in names or not names else names[0], None, now.part or now.check)
+    remedy = f"{_MEND}; try it with 'homeostat plant try {folder}'"
+    return Finding(Severity.ERROR, now.check, place if line is None else Place(*line), what, remedy)
 
 
-def _serve(pipe: Connection, folder: str, names: tuple[str, ...]) -> None:
+def _serve(pipe: Connection, folder: str, names: tuple[str, ...], frames: str) -> None:
     """The child: carry the checks out in their order, until one that others rely on finds something."""
+    answer_to(Path(frames))
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever interrupts the command ends this process, too
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # a plant may print; results are the parent's to show
     here = Path(folder)
     with contextlib.suppress(BrokenPipeError):
@@ -114,11 +121,13 @@ def findings_of(check: Check, bench: Bench) -> Iterator[Found]:
     """What a check finds; what the plant's code raises meanwhile is a finding, too."""
     try:
         yield from check.carry_out(bench)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, GeneratorExit):
         raise
+    except PlantError as refused:  # only learning refuses a plant that was loaded
+        what, remedy = split(str(refused), "correct what is not well")
+        yield Finding(Severity.ERROR, check.name, Place(BASELINES), what, remedy)
     except BaseException as broken:  # it is anybody's code
-        files = read_files(bench.folder)
-        place, what = _raised(files, broken)
+        place, what = _raised(read_files(bench.folder), broken)
         yield Finding(Severity.ERROR, check.name, place, f"{what} in the check {check.name!r}", _MEND)
 
 
