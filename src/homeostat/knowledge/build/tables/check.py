@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from homeostat.knowledge.build.tables import behaviour, diagnosis, guarding, structure
 from homeostat.knowledge.build.tables.cells import CellError, Reads, Refers, TableRow, shown
-from homeostat.knowledge.build.tables.reading import OPTIONAL, Rows, read_rows
+from homeostat.knowledge.build.tables.reading import OPTIONAL, OPTIONAL_COLUMNS, Rows, read_rows
 from homeostat.knowledge.store.error import Code, GraphError, refuse
 from homeostat.stl.spelling import near_matches
 
@@ -145,7 +145,7 @@ def _columns(name: str, table: Rows) -> list[GraphError]:
             message = f"column {shown(column)} is not known{near_matches(column, known)}; there are {', '.join(known)}"
             found.append(GraphError(Code.BAD_TABLE, f"{name}.csv row 1", message))
     for column in known:
-        if column not in table.columns:
+        if column not in table.columns and column not in OPTIONAL_COLUMNS.get(name, ()):
             hint = near_matches(column, table.columns)
             message = f"column {column!r} is missing{hint}; add it, with an empty cell where nothing is stated"
             found.append(GraphError(Code.BAD_TABLE, f"{name}.csv row 1", message))

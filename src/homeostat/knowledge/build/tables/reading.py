@@ -11,6 +11,8 @@ from homeostat.knowledge.vocabulary.former import COLUMNS, WORDS
 
 OPTIONAL: Final = frozenset({"prices"})
 """Tables that a plant's folder may lack, which is as if they had no row."""
+OPTIONAL_COLUMNS: Final[Mapping[str, frozenset[str]]] = {"faults": frozenset({"mode"})}
+"""Table -> columns that it may lack, which is as if they had empty cells."""
 
 
 @dataclass(frozen=True, slots=True)
