@@ -113,7 +113,11 @@ def adopting(name: str, mismatch: str) -> Plant:
     for cause in causes(name):
         record = RunRecord()
         truth = disturbed(plant, cause, cause.first, FIRST_SEED, mismatch)
-        watched([plant], truth, lambda _, event, record=record: record(event, 0.0))  # type: ignore[misc]
+
+        def keep(_: int, event: Diagnosed, record: RunRecord = record) -> None:
+            record(event, 0.0)
+
+        watched([plant], truth, keep)
         found = adoption(record, plant.description, cause.name, "")
         print(f"{name}: {cause.name} is {found.mode.name}, {dict(found.fault)}, {' '.join(found.symptoms)}", flush=True)
         for table, more in found.rows.items():
