@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -158,3 +160,13 @@ def _modes() -> dict[str, FaultMode]:
         "impeller_worn", "", "P1", None, mode.severity_range, -0.016, "L/s", 0.11, "", mode.effect, mode=mode.name
     )
     return {each.name: each for each in (*description.fault_modes, worn)}
+
+
+def test_two_names_of_one_disturbance_are_a_set() -> None:
+    modes = _modes()
+    modes["impeller_eroded"] = replace(modes["impeller_worn"], name="impeller_eroded", prior=0.05)
+    names = Names(modes.values())
+    assert len(names.of(FaultState("unknown_P1_K_P1", -0.016, 1.0))) == 2
+    group = [_scored(modes, "impeller_worn", 0.0), _scored(modes, "impeller_eroded", -0.8)]
+    found = {h.name: h.probability for h in hypotheses(group, -50.0, modes)}
+    assert set(found) == {"impeller_worn", "impeller_eroded"} and 0.6 < found["impeller_worn"] < 0.75
