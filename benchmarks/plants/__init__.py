@@ -1,1 +1,1 @@
-"""What a plant in a folder takes, and what its check says of sixty mistakes that an engineer may make in one."""
+"""What a plant in a folder takes, what its check says of sixty mistakes, and whether adopted causes come back."""

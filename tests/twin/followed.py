@@ -34,9 +34,9 @@ def readings(seed: int, end_s: int, faults: tuple[FaultState, ...] = ()) -> tupl
     return tuple(link.advance() for _ in range(end_s))
 
 
-def follow(snapshots: tuple[Snapshot, ...], seed: int = 0, learn: bool = True) -> Twin:
+def follow(snapshots: tuple[Snapshot, ...], seed: int = 0, learn: bool = True, plant: Plant | None = None) -> Twin:
     """A twin that has seen ``snapshots`` and learned the plant's parameters while it was healthy."""
-    plant = reactor()
+    plant = plant or reactor()
     twin = Twin(plant.model, plant.description, plant.twin, seed)
     for snapshot in snapshots:
         twin.observe(snapshot)

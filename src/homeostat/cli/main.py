@@ -72,6 +72,7 @@ def _words(error: Exception) -> str:
 
 def _refusals() -> tuple[type[Exception], ...]:
     """Exceptions that say what is wrong with what was asked for, not with the program."""
+    from homeostat.evaluate.recorded.adoption import AdoptionError
     from homeostat.evaluate.recorded.resumption import ResumptionError
     from homeostat.evaluate.scenario import ScenarioError
     from homeostat.evaluate.study.error import StudyError
@@ -87,7 +88,7 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.service.order import OrderError
 
     of_runs = (BrokenChain, KeyTrouble, OrderError, DecodeError, ResultError, ResumptionError, RunDirectoryError)
-    return *of_runs, PlaybookError, StudyError, PlantError, GraphError, ScenarioError, StoreError
+    return *of_runs, AdoptionError, PlaybookError, StudyError, PlantError, GraphError, ScenarioError, StoreError
 
 
 @contextlib.contextmanager

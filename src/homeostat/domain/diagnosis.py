@@ -138,6 +138,13 @@ class FaultMode:
     """How the twin carries it; None where the process model has its equation."""
     unknown: bool = False
     """Whether it says no cause, but which balance or characteristic is disturbed, and by how much."""
+    mode: str | None = None
+    """Name of the generated fault mode that a fault of the tables is, which has no equation; None for every other."""
+
+    @property
+    def listed(self) -> bool:
+        """Whether the tables have it: it has an equation, or is a generated mode that got a name."""
+        return self.effect is None or self.mode is not None
 
 
 @dataclass(frozen=True, slots=True)

@@ -334,7 +334,7 @@ def _recovery(
         probing=None if stepwise else TwinProbing(twin, d, grounding, pricing),
         polishing=bench.search() if arrangement.language or arrangement.playbook is not None else None,
     )
-    passing = frozenset(mode.name for mode in d.generated)
+    passing = frozenset(mode.name for mode in d.fault_modes if mode.effect is not None)  # nobody knows that it lasts
     known = PlantRules(d.machine, d.limits, plant.prices, rules.fallbacks, d.scales, tags, passing)
     check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration, plant.risk)
     bounds = Bounds(arrangement.budget, plant.intervention, stepwise)

@@ -24,6 +24,7 @@ from homeostat.plants.files.folder import BASELINES, SETTINGS, PlantFiles
 from homeostat.plants.files.generated import with_baselines
 from homeostat.plants.files.graph import refuse_other_model
 from homeostat.plants.model import find_model
+from homeostat.plants.settings.adopted import with_effects
 from homeostat.plants.settings.balances import read_balances
 from homeostat.plants.settings.check import refuse_misfit
 from homeostat.plants.settings.figure_panel import read_panel
@@ -170,11 +171,12 @@ def _prices(settings: Settings, plant: PlantDescription) -> Prices:
 
 
 def _with_generated(plant: Plant, settings: Settings) -> Plant:
-    """``plant`` with the balances of its twin, and the fault modes that no table names."""
+    """``plant`` with the balances of its twin, and the fault modes that no process model has an equation of."""
     balances = read_balances(f"{plant.name}/{SETTINGS}", settings.twin.balances, plant.description, plant.model)
     twin = replace(plant.twin, balances=balances)
-    description = replace(plant.description, generated=generated_modes(plant.description, twin))
-    return replace(plant, twin=twin, description=description)
+    generated = generated_modes(plant.description, twin)
+    faults = with_effects(plant.description.faults, generated)
+    return replace(plant, twin=twin, description=replace(plant.description, faults=faults, generated=generated))
 
 
 def _check_choices(machine: StateMachine) -> None:

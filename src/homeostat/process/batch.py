@@ -140,7 +140,8 @@ class BatchRun:
         self._picks = np.array(batch.record, dtype=np.int64)
         self._begin = np.zeros(len(batch.state), dtype=np.int64) if batch.begin is None else batch.begin.copy()
         moves = Moves.none(len(batch.state)) if batch.moves is None else batch.moves
-        self._moves = moves.beginning_in(batch.state, batch.start_s)
+        self.moves = moves.beginning_in(batch.state, batch.start_s)
+        """What happens beside the equations; what is written of it holds from the second that is reached."""
         self._reached = 0
         self.state = batch.state
         """States at the second that is reached, shape (M, states)."""
@@ -166,7 +167,7 @@ class BatchRun:
 
         def run(first: int, last: int) -> None:
             where = (self._picks, self.record, broken)
-            self._kernel(first, last, *given, self._begin, until, b.stride, *noise, *where, self._moves)
+            self._kernel(first, last, *given, self._begin, until, b.stride, *noise, *where, self.moves)
 
         workers = min(_threads or _CORES or 1, MOST_THREADS)
         if members * (until - self._reached) < 20_000 or workers == 1 or members == 1:

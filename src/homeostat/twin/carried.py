@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
@@ -11,6 +10,7 @@ import numpy as np
 
 from homeostat.domain.diagnosis import Effect, EffectKind, FaultMode, FaultState
 from homeostat.domain.plant.description import PlantDescription
+from homeostat.process.effects import Effects
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.moves import Move, MoveKind
 from homeostat.process.types import Table
@@ -18,16 +18,11 @@ from homeostat.twin.history import Window
 
 FaultSet: TypeAlias = tuple[FaultState, ...]
 """Faults that are assumed to be present together."""
-LEAST_CAPACITY = 1e-9
-"""What a balance holds at least per unit of its state: an empty vessel is no singularity."""
-
 GROWS_ON = 1.0
 """What grows goes on growing for this multiple of the time that it has, and no further than the tables let it [1].
 
 How long something goes on of which nobody knows more than how long it has gone on is about as long again.
 """
-LEAST_SHARE = 0.01
-"""Share of its value that is left of a positive parameter at least [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,11 +52,9 @@ class Carrier:
 
     def __init__(self, model: ProcessModel, plant: PlantDescription) -> None:
         """``plant`` says how each fault mode that the model has no equation of acts on it."""
-        self._model, self._variables = model, plant.variables
+        self._model, self._effects = model, Effects(model, plant)
         self.modes: Mapping[str, FaultMode] = {mode.name: mode for mode in plant.fault_modes}
         """Name -> fault mode, generated ones included."""
-        self._commands = {s.variable: s.tag.range for s in plant.signals}
-        self._least = {p.symbol: LEAST_SHARE * p.value for p in plant.parameters if p.value > 0.0}
         self._largest = _largest(plant.fault_modes)
 
     def carry(self, sets: Sequence[FaultSet], window: Window) -> Carried:
@@ -83,11 +76,7 @@ class Carrier:
 
     def rate_per_unit(self, effect: Effect, window: Window) -> float:
         """Change of the effect's quantity for each unit of severity, per second for a balance; 0 where nobody knows."""
-        if effect.capacity is None:
-            return effect.per_unit
-        readings = window.at(-1)
-        held = effect.capacity.value({tag: readings[v] for tag, v in self._variables.items() if v in readings})
-        return 0.0 if math.isnan(held) else effect.per_unit / max(held, LEAST_CAPACITY)
+        return self._effects.per_unit(effect, {} if effect.capacity is None else window.at(-1))
 
     def shown(
         self, moves: Sequence[Move], says: Mapping[str, float], read: Mapping[str, float], at_s: float
@@ -107,7 +96,7 @@ class Carrier:
 
     def move(self, effect: Effect, severity: float, onset_s: float, window: Window) -> Move:
         """What ``effect`` of this severity does from ``onset_s`` on [s]; what grows has an end."""
-        made = self._endless(effect, severity, onset_s, window)
+        made = self._effects.move(effect, severity * self.rate_per_unit(effect, window), onset_s)
         return replace(made, grown_s=self._grown_s(effect, severity, window.end_s - onset_s)) if made.grows else made
 
     def _grown_s(self, effect: Effect, severity: float, grew_s: float) -> float:
@@ -116,25 +105,6 @@ class Carrier:
         grew_s = max(grew_s, 0.0)
         most_s = largest / rate if rate > 0.0 else np.inf
         return max(min((1.0 + GROWS_ON) * grew_s, most_s), grew_s)
-
-    def _endless(self, effect: Effect, severity: float, onset_s: float, window: Window) -> Move:
-        size = severity * self.rate_per_unit(effect, window)
-        match effect.kind:
-            case EffectKind.PARAMETER:
-                least = self._least.get(effect.quantity, -np.inf)
-                i = column(self._model.parameters, effect.quantity)
-                return Move(MoveKind.PARAMETER, i, onset_s, size, effect.grows, least)
-            case EffectKind.POSITION:
-                i, span = column(self._model.inputs, effect.quantity), self._commands[effect.quantity]
-                return Move(MoveKind.INPUT, i, onset_s, size, effect.grows, span.low, span.high)
-            case EffectKind.BALANCE:
-                i = column(self._model.states, effect.quantity)
-                nothing = 0.0  # is the least that anything holds
-                return Move(MoveKind.STATE, i, onset_s, size, effect.grows, nothing)
-            case EffectKind.READING:
-                return Move(MoveKind.READING, self._model.shown[effect.quantity], onset_s, size, effect.grows)
-            case _:
-                return Move(MoveKind.FROZEN, self._model.shown[effect.quantity], onset_s, 0.0)
 
 
 def _largest(modes: Iterable[FaultMode]) -> dict[tuple[EffectKind, str], float]:

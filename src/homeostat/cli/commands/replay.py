@@ -79,7 +79,7 @@ def _plant(started: RunStarted, run_dir: Path, given: str | None) -> PlantDescri
     """
     folder = recorded_folder(started)
     try:
-        if given is None and folder is not None and not _vouched(run_dir):
+        if given is None and folder is not None and not vouched(run_dir):
             raise PlantError(f"nobody vouches for where the run's plant is ({folder!r}); name its folder with --case")
         return recorded_plant_of(started, given).description
     except (PlantError, GraphError) as error:
@@ -93,7 +93,7 @@ def _plant(started: RunStarted, run_dir: Path, given: str | None) -> PlantDescri
         return unknown_plant(started.case, _told(run_dir))
 
 
-def _vouched(run_dir: Path) -> bool:
+def vouched(run_dir: Path) -> bool:
     """Whether a trusted key signed how the run began."""
     try:
         return verify(run_dir, trusted(None)).vouched.lines > 0

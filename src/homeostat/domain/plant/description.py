@@ -149,7 +149,7 @@ class PlantDescription:
     prices: tuple[Price, ...] = ()
     """What the tables price."""
     generated: tuple[FaultMode, ...] = ()
-    """Fault modes that follow from instruments, actuators and balances, and that no table names."""
+    """Fault modes that follow from instruments, actuators and balances; the tables may give some of them a name."""
 
     @property
     def fault_modes(self) -> tuple[FaultMode, ...]:

@@ -26,21 +26,22 @@ def recorded_folder(started: RunStarted) -> str | None:
     return None if folder is None else str(folder)
 
 
-def recorded_plant_of(started: RunStarted, given: str | None = None) -> Plant:
+def recorded_plant_of(started: RunStarted, given: str | None = None, option: str = "--case") -> Plant:
     """The plant of a run: in the folder ``given`` or by that name, else where the run had it.
 
-    PlantError where there is none, or another configuration than the run's; GraphError where generated files disagree.
+    PlantError where there is none, or another configuration than the run's, with the ``option`` that names it;
+    GraphError where generated files disagree.
     """
     where = given or recorded_folder(started) or started.case
     try:
         plant = load_plant(str(Path(where).resolve()) if (Path(where) / SETTINGS).is_file() else where)
     except PlantError as error:
         text = f"plant {started.case!r} of the run cannot be read from {where!r}: {error}"
-        raise PlantError(f"{text}; name its folder with --case") from None
+        raise PlantError(f"{text}; name its folder with {option}") from None
     made = str(started.settings.get("configuration", plant.configuration))
     if plant.configuration != made:
         raise PlantError(
             f"the plant in {str(plant.files.folder)!r} has configuration {plant.configuration[:_DIGITS]}, and the run "
-            f"was made with {started.case!r} in configuration {made[:_DIGITS]}; name its folder with --case"
+            f"was made with {started.case!r} in configuration {made[:_DIGITS]}; name its folder with {option}"
         )
     return plant

@@ -135,7 +135,10 @@ def _faults(plant: PlantDescription, model: ModelInterface) -> Found:
     stated = {fault.name for fault in plant.faults}
     for fault in plant.faults:
         thing = f"fault {fault.name!r}"
-        if fault.name not in model.faults:
+        if fault.mode is not None and fault.name in model.faults:
+            message = f"is the generated mode {fault.mode!r} and an equation of the process model; empty the cell mode"
+            yield Code.DUPLICATE_ID, thing, message
+        if fault.mode is None and fault.name not in model.faults:
             hint = near_matches(fault.name, model.faults)
             yield Code.UNKNOWN_FAULT, thing, f"the process model cannot simulate it{hint}"
         if fault.name not in indicated:

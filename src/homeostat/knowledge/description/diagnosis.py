@@ -24,6 +24,7 @@ def faults(store: GraphStore, system: NamedNode) -> tuple[FaultMode, ...]:
             severity_unit=entry.text("unit"),
             prior=entry.number("prior"),
             description=entry.words("description"),
+            mode=entry.optional_text("mode"),
         )
         for entry in unique(entries(store, "plant_faults", "fault", system))
     )

@@ -58,6 +58,10 @@ class Entry:
         """A text for people; empty where there is none."""
         return self._read(column, self.row.optional_text) or ""
 
+    def optional_text(self, column: str) -> str | None:
+        """A text, or None."""
+        return self._read(column, self.row.optional_text)
+
     def optional_number(self, column: str) -> float | None:
         """A finite number, or None."""
         value = self._read(column, self.row.optional_number)

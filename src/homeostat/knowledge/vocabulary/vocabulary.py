@@ -222,6 +222,7 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     disables: NamedNode
     isBlockedBy: NamedNode
     faultMode: NamedNode
+    generatedMode: NamedNode
     priorProbability: NamedNode
     severityUnit: NamedNode
     severityNominal: NamedNode

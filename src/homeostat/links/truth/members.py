@@ -7,6 +7,7 @@ import numpy as np
 
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.links.truth.disturbed import Disturbed, Targets
+from homeostat.links.truth.moved import Moved, end, forget_moved
 from homeostat.links.truth.process import PlantConfiguration, fault_tables
 from homeostat.process.batch import Batch, BatchResult, BatchRun
 from homeostat.process.model import ProcessModel
@@ -23,7 +24,7 @@ class Members:
     """
 
     def __init__(self, model: ProcessModel, plant: PlantDescription, truth: PlantConfiguration) -> None:
-        self._model, self._truth, departed = model, truth, truth.departed
+        self._model, self._plant, self._truth, departed = model, plant, truth, truth.departed
         self._kernel = departed.model.kernel if departed else model.kernel
         self._usual = np.concatenate([truth.parameters, departed.parameters]) if departed else truth.parameters
         self._disturbed = (
@@ -41,14 +42,15 @@ class Members:
         ProcessError where one leaves the physical world.
         """
         members = len(states)
-        severity, onset = fault_tables(self._model, self._truth.faults)
+        moved = Moved(self._model, self._plant, self._truth.faults, members)
+        severity, onset = fault_tables(self._model, self._truth.faults, moved)
         noise = np.full(members, self._truth.noise)
         batch = Batch(
             state=states,
             parameters=np.tile(self._usual, (members, 1)),
             severity=np.tile(severity, (members, 1)),
             onset_s=np.tile(onset, (members, 1)),
-            inputs=self._reaching(inputs, start_s, steps),
+            inputs=self._reaching(inputs, start_s, steps, moved),
             input_of=np.arange(members),
             start_s=start_s,
             steps=steps,
@@ -57,28 +59,38 @@ class Members:
             seeds=np.full(members, self._truth.noise_seed),
             process_noise=noise,
             sensor_noise=noise,
+            moves=moved.moves if moved else None,
         )
         run = BatchRun(self._kernel, batch, self._model.states.__getitem__)
         repaired = self._truth.repaired_s - start_s
-        pieces = sorted({*(range(0, steps, PIECE_S) if self._disturbed else (0,)), steps, *_whole(repaired, steps)})
+        every = range(0, steps, PIECE_S) if self._disturbed or moved else (0,)
+        pieces = sorted({*every, steps, *_whole(repaired, steps)})
         for reached, until in pairwise(pieces):
             if self._disturbed is not None:
                 row = self._usual.copy()
                 self._disturbed.act(self._usual, row, start_s + reached)
                 run.parameters[:] = row
+                forget_moved(run.moves)
             if reached >= repaired:
                 run.severity[:], run.onset_s[:] = 0.0, np.inf
+                end(run.moves)
+            moved.hold(run.moves, run.state, run.parameters, run.severity, run.onset_s, start_s + reached)
             run.advance(until)
         return BatchResult(run.record, run.state)
 
-    def _reaching(self, inputs: Cube, start_s: float, steps: int) -> Cube:
+    def _reaching(self, inputs: Cube, start_s: float, steps: int, moved: Moved) -> Cube:
         """What of the commanded ``inputs`` reaches the plant, second by second; ``inputs`` stay as they are."""
-        if self._disturbed is None or not self._disturbed.acts_on_inputs:
+        disturbed = self._disturbed if self._disturbed and self._disturbed.acts_on_inputs else None
+        if disturbed is None and not moved:
             return inputs
         reached = inputs.copy()
-        for schedule in reached:
-            for second in range(steps):
-                schedule[second] = self._disturbed.inputs(schedule[second], start_s + second)
+        for second in range(steps):
+            at_s = start_s + second
+            if disturbed is not None:
+                for schedule in reached:
+                    schedule[second] = disturbed.inputs(schedule[second], at_s)
+            if at_s < self._truth.repaired_s:
+                reached[:, second] = moved.moves.arriving(reached[:, second], at_s)
         return reached
 
 

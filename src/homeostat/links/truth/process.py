@@ -12,12 +12,13 @@ from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Trajectory
 from homeostat.links.truth.disturbed import Disturbed, Targets
+from homeostat.links.truth.moved import Moved, end, forget_moved
 from homeostat.links.truth.recorded import TruthRecord
 from homeostat.process.batch import ProcessError
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.schedule import InputRamp
 from homeostat.process.truth import TrueModel
-from homeostat.process.types import Vec
+from homeostat.process.types import Table, Vec
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +82,8 @@ class TrueProcess:
             state = np.concatenate([state, departed.model.own_states(state)])
             self._disturbed = Disturbed(Targets(model, departed.model.departures, plant), departed.disturbances)
         self._parameters, self._state = np.array(self._usual, dtype=np.float64, ndmin=2), state.reshape(1, -1)
-        self._severity, self._onset = fault_tables(model, configuration.faults)
+        self._moved = Moved(model, plant, configuration.faults)
+        self._severity, self._onset = fault_tables(model, configuration.faults, self._moved)
         self._repaired_s = configuration.repaired_s
         self._ramp = InputRamp(model.inputs, configuration.inputs)
         self._seeds = np.array([configuration.noise_seed], dtype=np.int64)
@@ -118,18 +120,26 @@ class TrueProcess:
 
     def advance(self) -> Mapping[str, float]:
         """One second later: tag -> reading in the tag's unit; ProcessError where the plant left the physical world."""
+        moves = self._moved.moves
+        if moves:
+            self._parameters[0] = self._usual
+            forget_moved(moves)
         if self._disturbed is not None:
             self.command(self._disturbed.commands(self._accepted, self.now_s))
             self._disturbed.act(self._usual, self._parameters[0], self.now_s)
         if self.now_s >= self._repaired_s:
             self._severity[:], self._onset[:] = 0.0, np.inf
+            end(moves)
         inputs = self._ramp.advance()
         if self._disturbed is not None:
             inputs = self._disturbed.inputs(inputs, self.now_s)
-        broken = np.full(1, np.nan)
-        member = self._state, self._parameters, self._severity, self._onset, inputs[None, None], self._index
+        inputs = moves.arriving(inputs[None], self.now_s)[0]
+        faults = self._severity, self._onset
+        self._moved.hold(moves, self._state, self._parameters, *faults, self.now_s)
+        broken, begin = np.full(1, np.nan), np.zeros(1, dtype=np.int64)
+        member = self._state, self._parameters, *faults, inputs[None, None], self._index
         noise = self._seeds, self._noise, self._noise
-        self._kernel(0, 1, *member, self.now_s, self._index, 1, 1, *noise, self._picks, self._out, broken)
+        self._kernel(0, 1, *member, self.now_s, begin, 1, 1, *noise, self._picks, self._out, broken, moves)
         if not math.isnan(broken[0]):
             raise ProcessError(f"the simulated plant left the physical world at t = {broken[0]:.0f} s")
         self.now_s += 1.0
@@ -165,11 +175,13 @@ class TrueProcess:
         return {tag: None if math.isnan(targets[i]) else targets[i] for tag, i in self._writable.items()}
 
 
-def fault_tables(model: ProcessModel, faults: tuple[FaultState, ...]) -> tuple[Vec, Vec]:
-    """Severity and onset rows of one member, shape (1, faults) each."""
+def fault_tables(model: ProcessModel, faults: tuple[FaultState, ...], moved: Moved) -> tuple[Table, Table]:
+    """Severity and onset rows of one member, shape (1, faults) each, but for what is ``moved``."""
     severity = np.zeros((1, len(model.faults)))
     onset = np.full((1, len(model.faults)), np.inf)
     for fault in faults:
+        if fault.fault in moved.names:
+            continue
         i = column(model.faults, fault.fault)
         if not math.isfinite(fault.severity) or math.isnan(fault.onset_s):
             raise ValueError(f"{fault!r}: severity must be finite, the onset a time [s]")

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from homeostat.domain.diagnosis import FaultMode
-from homeostat.twin.isolation.classes import Class, class_of
+from homeostat.twin.isolation.classes import Claim, claim_of, contested
 from homeostat.twin.isolation.evidence import TEMPER, Evidence
 from homeostat.twin.isolation.search import Scored
 
@@ -30,9 +30,10 @@ def with_doubt(
 
     ``gain``: share of what a reading has moved by to which the model predicts it [1].
     """
-    best: dict[Class, Scored] = {}
+    best: dict[Claim, Scored] = {}
+    split = contested(scored, modes)
     for each in scored:
-        accused = class_of(each.faults, modes)
+        accused = claim_of(each.faults, modes, split)
         if np.isinf(each.score):  # the model could not carry it
             continue
         if accused not in best or each.score > best[accused].score:
@@ -43,7 +44,7 @@ def with_doubt(
     loss, left = evidence.losses(evidence.residuals([(), *(each.replayed for _, each in ranked)]))
     moved = left[0] - left[1]
     effect, best_faults = float(np.linalg.norm(moved)), {f.fault for f in ranked[0][1].faults}
-    gained: dict[Class, float] = {}
+    gained: dict[Claim, float] = {}
     for k, (accused, each) in enumerate(ranked[1:], start=2):
         differs = left[k] - left[1]
         apart = float(np.linalg.norm(differs)) / max(TOLD_APART * gain * effect, 1e-12)
@@ -53,4 +54,4 @@ def with_doubt(
         gap = 0.5 * float(loss[k] - loss[1]) / TEMPER
         if each.faults and apart < 1.0 and gap > 0.0:
             gained[accused] = (1.0 - apart**2) * gap
-    return [replace(s, score=s.score + gained.get(class_of(s.faults, modes), 0.0)) for s in scored]
+    return [replace(s, score=s.score + gained.get(claim_of(s.faults, modes, split), 0.0)) for s in scored]

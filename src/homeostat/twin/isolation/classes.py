@@ -1,10 +1,11 @@
 """Classes: explanations by the items that they accuse, and what may be said of them.
 
 Explanations of one item are one class; its score is that of its best one. A name is used where its explanation is
-nearly as good as the best of its class, and fits; else the class is known, and the cause is not.
+nearly as good as the best of its class, and fits; else the class is known, and the cause is not. Where the name is one
+that the tables give to an unknown disturbance, everything else of the class that explains as much stands beside it.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from homeostat.domain.diagnosis import AS_LIKELY_AS_NOT, SOMETHING_ELSE, FaultMode, FaultState, Hypothesis
 from homeostat.twin.carried import FaultSet
+from homeostat.twin.isolation.names import What, has_name, what_of
 from homeostat.twin.isolation.search import Scored
 
 NAMED_NATS = 8.0
@@ -22,6 +24,8 @@ SPREAD_NATS = 1.5
 """Explanations this much worse than the best bound its size at about two standard deviations [nats]."""
 Class: TypeAlias = tuple[str, ...]
 """Items that are accused together, sorted; none where nothing is wrong."""
+Claim: TypeAlias = tuple[Class, What]
+"""A class, and what is disturbed where that counts."""
 
 
 def class_of(faults: FaultSet, modes: Mapping[str, FaultMode]) -> Class:
@@ -59,8 +63,10 @@ def hypotheses(
         share = weight[accused] / total
         if share < LEAST_PROBABILITY:
             continue
-        chosen = _representatives(group, modes, named)
-        found += [Hypothesis(s.faults, share * w) for s, w in zip(chosen, _shares(len(chosen)), strict=True)]
+        for best, part in _rivals(group, modes, share) if named else ((max(group, key=_score), 1.0),):
+            chosen = _spread(best, group)
+            parts = _shares(len(chosen))
+            found += [Hypothesis(s.faults, share * part * w) for s, w in zip(chosen, parts, strict=True)]
     kept = 1.0 - misled if named else 1.0 - AS_LIKELY_AS_NOT
     other = 1.0 - kept * sum(h.probability for h in found) if named else AS_LIKELY_AS_NOT
     found = [replace(h, probability=kept * h.probability) for h in found]
@@ -69,15 +75,55 @@ def hypotheses(
     return tuple(sorted(found, key=lambda h: -h.probability))
 
 
-def _representatives(group: Sequence[Scored], modes: Mapping[str, FaultMode], named: bool) -> list[Scored]:
-    """The explanation that stands for a class, and those of the same faults that bound its size."""
-    best = max(group, key=lambda s: s.score)
-    if named:
-        known = [s for s in group if not any(modes[f.fault].unknown for f in s.faults)]
-        tables = [s for s in known if all(modes[f.fault].effect is None for f in s.faults)]
-        for better in (known, tables):  # of two names of one thing that of the tables
-            leader = max(better, key=lambda s: s.score, default=best)
-            best = leader if leader.score >= max(s.score for s in group) - NAMED_NATS else best
+def claim_of(faults: FaultSet, modes: Mapping[str, FaultMode], contested: Collection[Class]) -> Claim:
+    """What ``faults`` claim: which items are wrong, and what of them where the class is ``contested``."""
+    accused = class_of(faults, modes)
+    return accused, what_of(faults, modes) if accused in contested else ()
+
+
+def contested(scored: Iterable[Scored], modes: Mapping[str, FaultMode]) -> frozenset[Class]:
+    """Classes of which one explanation has a name that the tables give to an unknown disturbance."""
+    return frozenset(class_of(s.faults, modes) for s in scored if has_name(s.faults, modes))
+
+
+def _representative(group: Sequence[Scored], modes: Mapping[str, FaultMode]) -> Scored:
+    """The explanation that stands for all of ``group``: of two names of one thing that of the tables."""
+    best = max(group, key=_score)
+    known = [s for s in group if not any(modes[f.fault].unknown for f in s.faults)]
+    tables = [s for s in known if _listed(s, modes)]
+    for better in (known, tables):
+        leader = max(better, key=_score, default=best)
+        best = leader if leader.score >= max(s.score for s in group) - NAMED_NATS else best
+    return best
+
+
+def _rivals(group: Sequence[Scored], modes: Mapping[str, FaultMode], share: float) -> Sequence[tuple[Scored, float]]:
+    """The explanations that stand for a class of probability ``share``, with the part of it that each has.
+
+    It is one, but for a name that the tables give to what was unknown: others that the tables have stand beside it, and
+    the best of what has no name where that disturbs something else. None of them is more than the one that it is.
+    """
+    best = _representative(group, modes)
+    if not any(has_name(s.faults, modes) for s in group):
+        return ((best, 1.0),)
+    by_name: dict[frozenset[str], Scored] = {}
+    for each in sorted(group, key=_score):
+        by_name[_name(each)] = each
+    by_name[_name(best)] = best
+    listed = [s for s in by_name.values() if _listed(s, modes)]
+    named = [s for s in listed if has_name(s.faults, modes)]
+    said = {what_of(s.faults, modes) for s in named}
+    nameless = [s for s in by_name.values() if s not in listed and what_of(s.faults, modes) not in said]
+    beside = [*listed, max(nameless, key=_score, default=best)] if best in named else named
+    rivals = [best, *(s for s in beside if s is not best and s.score >= best.score - NAMED_NATS)]
+    weights = np.exp([min(s.score - best.score, 0.0) for s in rivals])
+    weights[1:][share * weights[1:] < LEAST_PROBABILITY * weights.sum()] = 0.0
+    parts = (weights / weights.sum()).tolist()
+    return tuple((s, part) for s, part in zip(rivals, parts, strict=True) if part)
+
+
+def _spread(best: Scored, group: Sequence[Scored]) -> list[Scored]:
+    """``best``, and those of the same faults that bound its size."""
     name = {f.fault for f in best.faults}
     same = [s for s in group if {f.fault for f in s.faults} == name and s.score >= best.score - SPREAD_NATS]
     chosen = [best]
@@ -85,6 +131,19 @@ def _representatives(group: Sequence[Scored], modes: Mapping[str, FaultMode], na
         if abs(_size(extreme) - _size(best)) > 1e-3 * abs(_size(best)):
             chosen.append(extreme)
     return chosen
+
+
+def _listed(scored: Scored, modes: Mapping[str, FaultMode]) -> bool:
+    """Whether the tables have all of its faults."""
+    return all(modes[f.fault].listed for f in scored.faults)
+
+
+def _name(scored: Scored) -> frozenset[str]:
+    return frozenset(f.fault for f in scored.faults)
+
+
+def _score(scored: Scored) -> float:
+    return scored.score
 
 
 def _size(scored: Scored) -> float:

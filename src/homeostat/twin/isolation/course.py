@@ -48,11 +48,11 @@ def stopped(
 
 
 def continues(fault: FaultState, known: FaultState, modes: Mapping[str, FaultMode]) -> bool:
-    """Whether ``fault`` is what was ``known``, or what that has come to where it grew."""
+    """Whether ``fault`` is what was ``known``, by whatever name, or what that has come to where it grew."""
     if fault.fault == known.fault:
         return True
     now, before = modes[fault.fault].effect, modes[known.fault].effect
-    if now is None or before is None or now.grows or not before.grows:
+    if now is None or before is None or (now.grows and not before.grows):
         return False
     same = (now.kind, now.quantity) == (before.kind, before.quantity)
     return same and now.per_unit * fault.severity * before.per_unit * known.severity >= 0.0
@@ -65,6 +65,7 @@ def _effect(mode: FaultMode) -> Effect:
 
 def _lasting_mode(effect: Effect, total: float, modes: Mapping[str, FaultMode]) -> FaultMode:
     """The mode that lasts and changes the quantity of ``effect`` by ``total``."""
-    every = [(mode, mode.effect) for mode in modes.values() if mode.effect is not None and not mode.effect.grows]
+    nameless = [mode for mode in modes.values() if not mode.listed]
+    every = [(mode, mode.effect) for mode in nameless if mode.effect is not None and not mode.effect.grows]
     same = [(mode, own) for mode, own in every if own.quantity == effect.quantity and own.kind not in _SIZELESS]
     return next((mode for mode, own in same if mode.unknown or own.per_unit * total >= 0.0), same[0][0])

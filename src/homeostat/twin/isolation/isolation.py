@@ -33,6 +33,7 @@ from homeostat.twin.isolation.ended import (
 from homeostat.twin.isolation.estimate import Estimate, Estimation
 from homeostat.twin.isolation.evidence import Accuracy, Evidence, Fit
 from homeostat.twin.isolation.memory import Memory, Remembered, remembered, sizes
+from homeostat.twin.isolation.names import Names
 from homeostat.twin.isolation.prechecks import What, prechecks, shared
 from homeostat.twin.isolation.prior import Prior
 from homeostat.twin.isolation.responses import FIRST_ROW
@@ -97,6 +98,7 @@ class FaultIsolation:
         self._size_error = SizeError(settings.size_error, settings.least_size_error)
         sensors = {s.component: s.variable for s in plant.signals if s.relation is Relation.MEASURES}
         self._calibrated = {p.symbol: sensors[p.component] for p in plant.parameters if p.component in sensors}
+        self._names = Names(plant.faults)
 
     def explain(
         self, question: Question, window: Window, recent: Window, posterior: Posterior
@@ -168,7 +170,7 @@ class FaultIsolation:
             found += search.variations(faults)
             old = tuple(fault for fault in faults if fault.onset_s < first_s)
             found += search.at_rest(stopped(faults, old, self._carrier.modes, first_s, window.end_s), CHANGE_NATS)
-        return found
+        return self._names.given(found, self._carrier.modes, search.prior)
 
     def _keeps(self, scored: Scored, known: FaultSet) -> bool:
         modes = self._carrier.modes
@@ -259,7 +261,8 @@ class FaultIsolation:
         estimates = _estimates(evidence, modes, search, beside, since_s)
         found = [each for estimate in estimates for each in self._bounded(estimate, beside)]
         further = SECOND_FAULT_NATS if beside else 0.0
-        return [Scored(each.faults, each.score - further) for each in found]
+        found = [Scored(each.faults, each.score - further) for each in found]
+        return self._names.given(found, self._carrier.modes, search.prior)
 
     def _bounded(self, estimate: Estimate, beside: FaultSet) -> list[Scored]:
         """The estimate, and what bounds its size at two standard deviations; what is unknown may also grow."""
@@ -276,7 +279,7 @@ class FaultIsolation:
         """The likeliest generated modes, each of another item, where they changed more than once."""
         modes, leaders = self._carrier.modes, dict[str, Scored]()
         for each in unknown:
-            if len(each.faults) == 1 and modes[each.faults[0].fault].effect is not None:
+            if len(each.faults) == 1 and not modes[each.faults[0].fault].listed:
                 leaders.setdefault(modes[each.faults[0].fault].component, each)
         found = []
         for first in list(leaders.values())[:COURSES]:
@@ -285,7 +288,7 @@ class FaultIsolation:
                 course = self._changed_again(evidence, search, course) or course
             if course.course:
                 found.append(replace(course, faults=(lasting(course.course, modes, evidence.window.end_s),)))
-        return found
+        return self._names.given(found, modes, search.prior)
 
     def _changed_again(self, evidence: Evidence, search: Search, before: Scored) -> Scored | None:
         """``before`` with one more change of the same quantity; None where that explains no more."""

@@ -71,7 +71,7 @@ def sizes(
 def _size(mode: FaultMode, said: Sequence[tuple[float, float]], error: SizeError) -> Size:
     likeliest, typical = said[0][0], mode.severity_nominal
     if mode.effect is not None:
-        return Size(likeliest, typical)
+        return Size(likeliest, abs(typical))
     every, weights = np.array(said).T
     left_open = float(np.average((every - likeliest) ** 2, weights=weights)) if weights.sum() else 0.0
     sd = float(np.hypot(error.of(likeliest, typical), left_open**0.5))

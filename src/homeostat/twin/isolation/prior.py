@@ -62,7 +62,7 @@ class Prior:
 
     def of_mode(self, mode: FaultMode) -> float:
         """Log prior of a fault mode [nats], whatever its size."""
-        if mode.effect is not None:
+        if not mode.listed:
             return -FAULT_NATS - GENERATED_NATS
         return -FAULT_NATS + float(np.log(mode.prior / self._usual))
 
@@ -89,6 +89,18 @@ class Prior:
         relative = (sizes - mean) / spread
         seen = spread < mode.severity_nominal  # what its own reading has jumped by is no guess
         return np.where(seen, 0.5 * relative**2, size_nats(relative))
+
+    def of_name(self, fault: FaultMode, mode: FaultMode, state: FaultState) -> float:
+        """What ``state`` of a generated ``mode`` gains by being the ``fault`` of the tables that is this mode [nats].
+
+        Its frequency is known, and its size is what is usual of it, unless the readings say more of that.
+        """
+        rows = np.array([round(state.onset_s - self._window.start_s)])
+        _, spread = self.of_size(mode, rows)
+        if spread[0] < mode.severity_nominal:
+            return self.of_mode(fault) - self.of_mode(mode)
+        guessed = float(self.cost_of_size(mode, np.array([state.severity]), rows)[0])
+        return self.of_state(fault, state) - self.of_mode(mode) + guessed
 
     def _jumps(self, variable: str, rows: Indices) -> tuple[Vec, Vec]:
         """By how much the readings after each row are higher than those before, and how far that is from certain."""

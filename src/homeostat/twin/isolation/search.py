@@ -77,7 +77,7 @@ class Search:
         mode = self._modes[state.fault]
         if state.fault in self._had and state.onset_s < self._first_s:
             return self.prior.of_mode(mode) - self._had[state.fault].nats(state.severity)
-        if mode.effect is None:
+        if mode.listed:
             return self.prior.of_state(mode, state)
         return self.prior.of_mode(mode) - float(size_nats(np.array(state.severity / mode.severity_nominal)))
 
@@ -188,8 +188,9 @@ class Search:
         mode, step = self._modes[centre.fault], scale / 24.0
         r = mode.severity_range
         if mode.effect is not None:
-            factors = (1.0 + 2.0 * k * scale * 0.1 for k in range(-3, 4))
-            return [FaultState(centre.fault, centre.severity * factor, centre.onset_s) for factor in factors]
+            multiples = [centre.severity * (1.0 + 2.0 * k * scale * 0.1) for k in range(-3, 4)]
+            allowed = sorted({r.clip(size) for size in multiples}) if mode.listed else multiples
+            return [FaultState(centre.fault, size, centre.onset_s) for size in allowed]
         age = max(self._end_s - centre.onset_s, 4.0)
         sizes = {r.clip(centre.severity + k * step * r.span) for k in range(-3, 4)}
         if centre.onset_s < self._first_s:

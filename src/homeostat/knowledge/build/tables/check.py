@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from homeostat.knowledge.build.derived.tables import derived, stated_tables
 from homeostat.knowledge.build.tables.cells import CellError, Reads, Refers, TableRow, shown
-from homeostat.knowledge.build.tables.reading import FOLDER, OPTIONAL, Rows, is_short
+from homeostat.knowledge.build.tables.reading import FOLDER, OPTIONAL, OPTIONAL_COLUMNS, Rows, is_short
 from homeostat.knowledge.build.tables.schemas import EVERY, SCHEMAS, SHORT_SCHEMAS
 from homeostat.knowledge.store.error import Code, GraphError, refuse
 from homeostat.stl.spelling import near_matches
@@ -145,7 +145,7 @@ def _unknown_columns(name: str, table: Rows) -> Iterator[GraphError]:
 
 def _lacking_columns(name: str, table: Rows, needed: Iterable[str]) -> Iterator[GraphError]:
     for column in needed:
-        if column not in table.columns:
+        if column not in table.columns and column not in OPTIONAL_COLUMNS.get(name, ()):
             hint = near_matches(column, table.columns)
             message = f"column {column!r} is missing{hint}; add it, with an empty cell where nothing is stated"
             yield GraphError(Code.BAD_TABLE, f"{name}.csv row 1", message)

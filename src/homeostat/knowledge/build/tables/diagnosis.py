@@ -22,6 +22,7 @@ class Fault(cells.TableRow):
     prior: Annotated[float, cells.number(cells.SMALL, 1.0, "(probability)", "what cannot happen is no fault")]
     disables: cells.OptionalComponent = None
     description: cells.Text | None = None
+    mode: cells.Name | None = None
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

@@ -1,0 +1,143 @@
+"""Adoption: what was unknown in a run, and a person has found the cause of, as rows of the plant's tables."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from homeostat.agents.hypotheses import LIKELY
+from homeostat.domain.diagnosis import (
+    SOMETHING_ELSE,
+    FaultMode,
+    FaultProbability,
+    FaultState,
+    by_fault_set,
+    with_a_twin,
+)
+from homeostat.domain.events.recovery import Diagnosed
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.tag import Range
+from homeostat.plants.settings.adopted import can_be_adopted
+from homeostat.record.run_record import RunRecord
+
+SPREAD: Final = (0.25, 3.0)
+"""Of what size a cause may be that was seen once, as multiples of that size [1]."""
+_DIGITS: Final = 4
+
+
+class AdoptionError(ValueError):
+    """A run has nothing that can get a name; one line with the reason and the remedy."""
+
+
+@dataclass(frozen=True, slots=True)
+class Adoption:
+    """What a person's name for a cause adds to the tables."""
+
+    mode: FaultMode
+    """The generated fault mode that the cause is."""
+    fault: Mapping[str, str]
+    """Column of ``faults.csv`` -> cell."""
+    symptoms: tuple[str, ...]
+    """Symptoms that were seen and indicate it from now on."""
+
+    @property
+    def rows(self) -> Mapping[str, tuple[Mapping[str, str], ...]]:
+        """Table -> rows that are added to it, column -> cell."""
+        indicates = tuple({"symptom": symptom, "fault": self.fault["id"]} for symptom in self.symptoms)
+        return {"faults": (self.fault,), "symptom_faults": indicates}
+
+
+def adoption(record: RunRecord, plant: PlantDescription, name: str, label: str, mode: str | None = None) -> Adoption:
+    """What calling the unknown of the run's last diagnosis ``name`` adds to the tables of ``plant``.
+
+    ``label``: in the operator's words, those of the mode where empty; ``mode``: which of several it was, where somebody
+    has looked. AdoptionError where the name is taken or no name, or where the run does not say what it was.
+    """
+    if not (name.isascii() and name.isidentifier()):
+        raise AdoptionError(f"name {name!r} must be letters, digits and _, not a digit first; choose another one")
+    if name == "none" or name in {each.name for each in plant.fault_modes}:
+        raise AdoptionError(f"the plant has a fault {name!r} already; choose another name")
+    told = [event for event in record.of_kind(Diagnosed) if event.hypotheses]
+    if not told:
+        raise AdoptionError("nothing was diagnosed in the run, so that there is nothing unknown to give a name to")
+    said = by_fault_set(with_a_twin(told[-1].hypotheses))
+    state = _chosen(said, plant, mode) if mode else _only(said, plant)
+    found = plant.fault_mode(state.fault)
+    if not can_be_adopted(found):
+        raise AdoptionError(f"{found.name!r} cannot be adopted: nothing simulates it, so that no twin could try it")
+    symptoms = tuple(dict.fromkeys(_symptoms(told, found.name, plant)))
+    if not symptoms:
+        raise AdoptionError(f"no symptom was seen of {found.name!r}, and a fault needs one that indicates it")
+    return Adoption(found, _row(found, state, plant, name, label), symptoms)
+
+
+def _only(said: tuple[FaultProbability, ...], plant: PlantDescription) -> FaultState:
+    """The one thing that is likely, where the tables do not have it."""
+    likely = [each for each in said if each.probability >= LIKELY]
+    unknown = [each for each in likely if _is_unknown(each, plant)]
+    names = _told(likely)
+    if not unknown:
+        raise AdoptionError(f"the last diagnosis has no unknown disturbance of one item ({names}): nothing to adopt")
+    if len(likely) > 1:
+        items = sorted({plant.fault_mode(f.fault).component for each in likely for f in each.faults})
+        modes = " or ".join(f"--mode {each.faults[0].fault}" for each in unknown)
+        raise AdoptionError(
+            f"the last diagnosis is a set ({names}): a look at {' and '.join(items)} tells them apart; say {modes} "
+            "once somebody has looked"
+        )
+    return unknown[0].faults[0]
+
+
+def _chosen(said: tuple[FaultProbability, ...], plant: PlantDescription, mode: str) -> FaultState:
+    """The state of ``mode`` in what was said."""
+    unknown = {each.faults[0].fault: each.faults[0] for each in said if _is_unknown(each, plant)}
+    if mode not in unknown:
+        has = f"; it has {', '.join(unknown)}" if unknown else ""
+        raise AdoptionError(f"the last diagnosis does not have {mode!r} by itself as something unknown{has}")
+    return unknown[mode]
+
+
+def _is_unknown(each: FaultProbability, plant: PlantDescription) -> bool:
+    names = [fault.fault for fault in each.faults]
+    return len(names) == 1 and names != [SOMETHING_ELSE] and not plant.fault_mode(names[0]).listed
+
+
+def _told(said: list[FaultProbability]) -> str:
+    return ", ".join(f"{100.0 * each.probability:.0f} % {each.name}" for each in said)
+
+
+def _symptoms(told: list[Diagnosed], mode: str, plant: PlantDescription) -> Iterator[str]:
+    """What was seen whenever ``mode`` was among what was said."""
+    rules = {rule.name for rule in plant.symptom_rules}
+    for event in told:
+        if any(f.fault == mode for h in event.hypotheses for f in h.faults):
+            yield from (symptom.rule for symptom in event.symptoms if symptom.rule in rules)
+
+
+def _row(mode: FaultMode, state: FaultState, plant: PlantDescription, name: str, label: str) -> Mapping[str, str]:
+    """The row of ``faults.csv``: as frequent as the plant's other faults, and of sizes on the side that was seen."""
+    size = mode.severity_range.clip(state.severity)
+    sizes = _sizes(size, mode.severity_range)
+    prior = sum(fault.prior for fault in plant.faults) / len(plant.faults) if plant.faults else 1.0
+    return {
+        "id": name,
+        "label": label or mode.label,
+        "component": mode.component,
+        "severity_unit": mode.severity_unit,
+        "nominal": _written(sizes.clip(float(_written(size)))),
+        "low": _written(sizes.low),
+        "high": _written(sizes.high),
+        "prior": _written(prior),
+        "disables": mode.disables or "",
+        "description": f"{mode.description}: {mode.label}",
+        "mode": mode.name,
+    }
+
+
+def _sizes(size: float, allowed: Range) -> Range:
+    """From a quarter of ``size`` to three times as much, on its side of nothing and inside what is ``allowed``."""
+    ends = sorted(allowed.clip(float(_written(size * factor))) for factor in SPREAD)
+    return Range(*ends)
+
+
+def _written(number: float) -> str:
+    return f"{number:.{_DIGITS}g}"

@@ -1,0 +1,46 @@
+"""Faults of the tables that are generated fault modes: how the twin carries them follows from those."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from homeostat.domain.diagnosis import EffectKind, FaultMode
+from homeostat.knowledge.store.error import Code, Mistake, refuse
+from homeostat.stl.spelling import near_matches
+
+
+def with_effects(faults: Sequence[FaultMode], generated: Iterable[FaultMode]) -> tuple[FaultMode, ...]:
+    """``faults``, those that are one of the ``generated`` modes with its effect.
+
+    GraphError where there is no such mode, where nothing simulates it, and where unit or range are not those of it.
+    """
+    modes = {mode.name: mode for mode in generated}
+    wrong = [found for fault in faults if (found := _mistake(fault, modes)) is not None]
+    refuse(wrong)
+    return tuple(f if f.mode is None else replace(f, effect=modes[f.mode].effect) for f in faults)
+
+
+def can_be_adopted(mode: FaultMode) -> bool:
+    """Whether a fault of the tables may be this generated ``mode``: something has to simulate it."""
+    return mode.effect is not None and mode.effect.kind is not EffectKind.UNSEEN
+
+
+def _mistake(fault: FaultMode, modes: dict[str, FaultMode]) -> Mistake | None:
+    if fault.mode is None:
+        return None
+    thing, mode = f"fault {fault.name!r}", modes.get(fault.mode)
+    if mode is None or not can_be_adopted(mode):
+        known = sorted(name for name, each in modes.items() if can_be_adopted(each))
+        hint = near_matches(fault.mode, known) or f"; there are {', '.join(known)}"
+        why = "there is no generated mode" if mode is None else "nothing simulates the generated mode"
+        return Mistake(Code.UNKNOWN_FAULT, thing, f"mode: {why} {fault.mode!r}{hint}")
+    if fault.severity_unit != mode.severity_unit:
+        message = f"severity_unit is {fault.severity_unit!r}, that of {mode.name!r} is {mode.severity_unit!r}; say that"
+        return Mistake(Code.BAD_WORD, thing, message)
+    allowed, own = mode.severity_range, fault.severity_range
+    if not (allowed.contains(own.low) and allowed.contains(own.high)):
+        message = (
+            f"low and high are {own.low:g} and {own.high:g}; what {mode.name!r} can be is {allowed.low:g} to "
+            f"{allowed.high:g} {mode.severity_unit}; stay inside that"
+        )
+        return Mistake(Code.SEVERITY_OUTSIDE_RANGE, thing, message)
+    return None
