@@ -15,6 +15,7 @@ from homeostat.twin.carried import Carrier
 from homeostat.twin.history import History, Window
 from homeostat.twin.isolation.evidence import Accuracy, Evidence, observed_noise
 from homeostat.twin.isolation.input_errors import distant_inputs
+from homeostat.twin.isolation.isolation import DOUBT
 from homeostat.twin.isolation.memory import remembered
 from tests.twin.followed import disturbed, follow, reactor, readings
 
@@ -84,10 +85,21 @@ def test_few_readings_show_no_noise() -> None:
 def test_that_nothing_was_wrong_is_remembered_as_likely_as_it_was() -> None:
     fault = (FaultState("temp_bias", 0.5, 100.0),)
     said = (Hypothesis(fault, 0.6), Hypothesis((), 0.3))
-    found = {each.faults: each for each in remembered(fault, said, 500.0)}
+    found = {each.faults: each for each in remembered(fault, said, 500.0, 1.0)}
     assert found[()].nats == pytest.approx(np.log(0.5)) and found[()].old == ()
-    assert set(remembered(fault, said[:1], 500.0)[0].old) == set(fault), "and not at all where it was not said"
-    assert len(remembered(fault, said[:1], 500.0)) == 1
+    assert set(remembered(fault, said[:1], 500.0, 1.0)[0].old) == set(fault), "and not at all where it was not said"
+    assert len(remembered(fault, said[:1], 500.0, 1.0)) == 1
+
+
+def test_what_is_remembered_comes_no_nearer_to_the_rest_where_nothing_is_seen() -> None:
+    """What is said divides differences by a divisor; a look that sees nothing new says the same again."""
+    faults = [(FaultState(name, 0.5, 100.0),) for name in ("temp_bias", "fouling", "leak")]
+    said = tuple(Hypothesis(f, p) for f, p in zip(faults, (0.83, 0.12, 0.05), strict=True))
+    for _ in range(7):
+        nats = np.array([each.nats for each in remembered(faults[0], said, 500.0, DOUBT)])
+        weights = np.exp(nats / DOUBT)
+        said = tuple(replace(h, probability=float(w)) for h, w in zip(said, weights / weights.sum(), strict=True))
+    assert [h.probability for h in said] == pytest.approx([0.83, 0.12, 0.05])
 
 
 @pytest.mark.parametrize("said", ["T1.sp - 3 from 2000", "T_coolant + 5 from 2000"])

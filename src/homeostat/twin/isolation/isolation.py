@@ -119,7 +119,7 @@ class FaultIsolation:
         accused = self._accused(window, question)
         if accused:
             return stated(self._by_itself(evidence, search, accused, question), {}, evidence, self._size_error, DOUBT)
-        said = remembered(question.known, question.before, window.start_s + FIRST_ROW)
+        said = remembered(question.known, question.before, window.start_s + FIRST_ROW, DOUBT)
         memory = Memory(said, self._carrier.modes, search.prior, window.end_s)
         (nothing,) = memory.told([Scored((), float(search.score([()])[0]))])
         named, unknown = self._named(search, question, window), self._estimated(evidence, search, (), question.since_s)

@@ -37,19 +37,23 @@ class Remembered:
     """How much less likely it was than what was most likely [nats], not positive."""
 
 
-def remembered(known: FaultSet, before: Sequence[Hypothesis], first_s: float) -> tuple[Remembered, ...]:
+def remembered(known: FaultSet, before: Sequence[Hypothesis], first_s: float, divisor: float) -> tuple[Remembered, ...]:
     """What is remembered: what was ``known``, and what else was said ``before``, the likeliest first.
+
+    Differences were made smaller by the ``divisor`` when they were said, and will be again: as they were, they would
+    come nearer to each other with every look, although nothing was seen.
 
     What began from ``first_s`` on [s] is seen again, with all that speaks for it, and competes as everything else does.
     """
     said = {h.name: h for h in by_fault_set(before) if h.faults and h.faults[0].fault != SOMETHING_ELSE}
     most = max((h.probability for h in said.values()), default=1.0)
-    found = [Remembered(h.faults, _old(h.faults, first_s), math.log(h.probability / most)) for h in said.values()]
+    nats = {name: divisor * math.log(h.probability / most) for name, h in said.items()}
+    found = [Remembered(h.faults, _old(h.faults, first_s), nats[name]) for name, h in said.items()]
     if known and Hypothesis(known, 1.0).name not in said:
         found.insert(0, Remembered(known, _old(known, first_s), 0.0))
     nothing = sum(h.probability for h in before if not h.faults)
     if found and nothing > 0.0:  # that nothing was wrong was likely, too, and costs no repair
-        found.append(Remembered((), (), math.log(nothing / most)))
+        found.append(Remembered((), (), divisor * math.log(nothing / most)))
     return tuple(found) or (Remembered((), (), 0.0),)
 
 
