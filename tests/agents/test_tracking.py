@@ -12,6 +12,7 @@ from homeostat.agents.search.candidates import SearchSpace
 from homeostat.agents.search.tracking import BESIDE, held, search_space, tracking
 from homeostat.domain.advice import Advice
 from homeostat.domain.diagnosis import FaultState, Hypothesis
+from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from tests.agents.stuck_valve import DIAGNOSIS, NOW_S, QUICK, STUCK, now, search, stuck
 from tests.twin.followed import follow, reactor
@@ -84,6 +85,24 @@ def test_where_that_is_where_it_is_stuck_it_stands_beside(position: float) -> No
 @pytest.mark.parametrize("f1", [0.002, 1.0 / 30.0])
 def test_it_stays_inside_its_range(position: float, f1: float) -> None:
     assert 0.0 <= commanded(position, f1) <= 1.0
+
+
+def narrowed(low: float, high: float) -> PlantDescription:
+    """The reactor where reduced load admits the cooling valve by hand from ``low`` to ``high`` only."""
+    states = tuple(
+        replace(s, setpoints=tuple(replace(r, low=low, high=high) if r.tag == "V2.man" else r for r in s.setpoints))
+        if s.name == "reduced_load"
+        else s
+        for s in PLANT.machine.states
+    )
+    return replace(PLANT, machine=replace(PLANT.machine, states=states))
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 0.0), (0.0, 0.25)])
+def test_it_stays_where_its_state_admits_it(low: float, high: float) -> None:
+    actions = ActionSet((Command("F1.sp", 1.0 / 30.0, 0.005), Command("V2.man", low, 0.2)), "reduced_load")
+    found = tracking(narrowed(low, high), follow(stuck()[:NOW_S]), actions, {"V2.man": 0.2}).command("V2.man")
+    assert found is not None and found.value is not None and low <= found.value <= high
 
 
 def test_nothing_else_is_changed() -> None:

@@ -71,6 +71,24 @@ def test_a_loop_has_a_controller_an_operator_and_flows(short: Short) -> None:
     assert short.row("parameters", symbol="Ki_FIC1")["unit"] == "1/L"
 
 
+def test_a_controller_may_command_several_actuators(short: Short) -> None:
+    short.edit("equipment", "P1,Actuator,,Transfer pump", "P1,Actuator,,Transfer pump\nP3,Actuator,,Its twin")
+    short.edit("loops", "LIC1,L1,P1.cmd", "LIC1,L1,P1.cmd|P3.cmd")
+    short.edit("fallbacks", "stop,,H1.man,0", "stop,,H1.man,0\nstop,,P3.man,0")
+    short.edit("setpoints", "shutdown,H1.man", "shutdown,P3.man,,,0\nshutdown,H1.man")
+    assert short.row("loops", id="LIC1")["mv"] == "P1.cmd"
+    flows = {r["tag"] for r in tables(short.folder)["flows"].rows if r["operator"] == "PO_LIC1"}
+    assert flows == {"L1", "L1.sp", "P1.cmd", "P3.cmd"}
+    plant = short.plant()
+    assert plant.tag("P3.cmd").increment is None and plant.writables["P3.man"].automatic
+    assert {rule.name for rule in plant.symptom_rules if "P3_weak" in rule.faults} == {"S-LIC1-OFF"}
+
+
+def test_a_command_of_several_that_is_no_tag_is_told_by_its_name(short: Short) -> None:
+    short.edit("loops", "LIC1,L1,P1.cmd", "LIC1,L1,P1.cmd|P9.cmd")
+    assert any("P9.cmd" in str(mistake) for mistake in short.mistakes())
+
+
 def test_an_actuator_without_a_loop_is_commanded_by_hand(short: Short) -> None:
     short.write("loops", "id,pv,mv", "FIC1,F1,V1.cmd", "LIC1,L1,P1.cmd")
     short.edit("setpoints", "*,T2.sp,20,70,50", "*,H1.cmd,0,1,0.5")

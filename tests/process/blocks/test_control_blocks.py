@@ -10,7 +10,7 @@ import pytest
 from homeostat.process.blocks import Flowsheet, Vessel, limited, linear_valve, maximum, minimum, where
 from homeostat.process.blocks.composed import ComposedModel
 from homeostat.process.blocks.term import Term
-from tests.process.blocks.sheets import commanded, composed, run
+from tests.process.blocks.sheets import commanded, composed, row, run
 
 TANK = {"V0": 10.0, "F_in": 0.2, "F_out": 0.2, "tau_V1": 1.0, "tau_V2": 1.0, "Kp_LIC": 0.5, "Ki_LIC": 0.01}
 
@@ -110,6 +110,37 @@ def test_a_split_range_moves_one_valve_after_the_other() -> None:
     assert course["V1_position"][-1] == pytest.approx(1.0) and course["V2_position"][-1] == pytest.approx(
         0.25, abs=1e-2
     )
+
+
+def shared(s: Flowsheet, b: Vessel) -> None:
+    """One controller draws through two valves."""
+    out = s.controller("LIC", "L", acts=1).output
+    b.feed(Term("number", value=0.15))
+    for name in ("V1", "V2"):
+        b.draw(linear_valve("F_out", s.actuator(name, out).opening))
+
+
+def test_of_two_valves_that_share_a_controller_one_holds_the_level_while_the_other_is_by_hand() -> None:
+    model = composed(tank(shared), TANK)
+    _, course = run(model, TANK, commanded(model, L_sp=10.0), 3000)
+    assert course["L_true"][-1] == pytest.approx(10.0, abs=1e-2)
+    assert course["V1_position"][-1] == pytest.approx(0.375, abs=1e-3) == course["V2_position"][-1]
+    _, course = run(model, TANK, commanded(model, L_sp=10.0, V1_man=0.0), 3000)
+    assert course["L_true"][-1] == pytest.approx(10.0, abs=1e-2), "its controller integrates on"
+    assert course["V2_position"][-1] == pytest.approx(0.75, abs=1e-3)
+
+
+def test_a_controller_that_two_valves_share_goes_on_from_the_one_that_follows_it() -> None:
+    model = composed(tank(shared), TANK)
+    at = {name: i for i, name in enumerate(model.states)}
+    inputs = commanded(model, L_sp=10.0, V1_man=0.0)
+    result, course = run(model, TANK, inputs, 3000)
+    told = {name: course[name][-200:] for name in ("L", "V1_cmd", "V2_cmd")}
+    told |= {name: np.full(200, inputs[i]) for i, name in enumerate(model.inputs)}
+    states = result.state.copy()
+    states[:, at["LIC_integral"]] = 0.0
+    model.resume(states, told, row(model, TANK)[None])
+    assert states[0, at["LIC_integral"]] == pytest.approx(result.state[0, at["LIC_integral"]], abs=1e-6)
 
 
 def cascade(s: Flowsheet, b: Vessel) -> None:

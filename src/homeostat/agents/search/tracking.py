@@ -47,9 +47,10 @@ def held(plant: PlantDescription, situation: Situation) -> dict[str, float]:
 def tracking(plant: PlantDescription, twin: Twin, actions: ActionSet, stuck: Mapping[str, float]) -> ActionSet:
     """``actions`` with the manual outputs of ``stuck`` actuators where their controllers would come to if they moved.
 
-    Where a healthy plant would leave the physical world with them, they stay as they are.
+    Where their state leaves no choice, or a healthy plant would leave the physical world, they stay as they are.
     """
-    outputs = [c.tag for c in actions.commands if c.tag in stuck]
+    choices = {r.tag: r for r in plant.machine.state(actions.target).setpoints if r.high > r.low}
+    outputs = [c.tag for c in actions.commands if c.tag in stuck and c.tag in choices]
     if not outputs:
         return actions
     free = tuple(Command(c.tag, None, None) if c.tag in outputs else c for c in actions.commands)
@@ -63,19 +64,22 @@ def tracking(plant: PlantDescription, twin: Twin, actions: ActionSet, stuck: Map
     for c in actions.commands:
         if c.tag in outputs:
             wanted = float(signals[plant.overridden[c.tag]][:, -last:].mean())
-            c = Command(c.tag, _beside(plant.tag(c.tag), stuck[c.tag], wanted), plant.tag(c.tag).rate_limit)
+            stands = _beside(plant.tag(c.tag), choices[c.tag], stuck[c.tag], wanted)
+            c = Command(c.tag, stands, plant.tag(c.tag).rate_limit)
         commands.append(c)
     return replace(actions, commands=tuple(commands))
 
 
-def _beside(tag: Tag, position: float, wanted: float) -> float:
+def _beside(tag: Tag, admitted: SetpointRange, position: float, wanted: float) -> float:
     """What is commanded of an actuator that is stuck at ``position`` and would be ``wanted`` elsewhere."""
-    span, least = tag.range, BESIDE * tag.range.span
+    least = BESIDE * tag.range.span
     if abs(wanted - position) < least:
         wanted = position + math.copysign(least, wanted - position)
-    if not span.low <= wanted <= span.high:
-        wanted = position - least if position + least > span.high else position + least
-    return wanted if tag.increment is None else round(round(wanted / tag.increment) * tag.increment, 9)
+    if not admitted.low <= wanted <= admitted.high:
+        wanted = position - least if position + least > admitted.high else position + least
+    if tag.increment is not None:
+        wanted = round(round(wanted / tag.increment) * tag.increment, 9)
+    return min(max(wanted, admitted.low), admitted.high)
 
 
 def search_space(plant: PlantDescription, state: State, fixed: Mapping[str, float]) -> SearchSpace:

@@ -12,11 +12,13 @@ from homeostat.process.blocks.equipment import (
     pump_flow,
     valve_flow,
 )
+from homeostat.process.blocks.exchanger import Exchanger
 from homeostat.process.blocks.flowsheet import Flowsheet, FlowsheetError
 from homeostat.process.blocks.term import Term, exp, limited, log, maximum, minimum, number, sqrt, where
 from homeostat.process.blocks.vessel import Vessel
 
 __all__ = [
+    "Exchanger",
     "Flowsheet",
     "FlowsheetError",
     "Term",

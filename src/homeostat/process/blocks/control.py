@@ -19,7 +19,8 @@ class Follows(Enum):
     """The same by hand; where another output was selected it becomes the command, and its output stays beyond that by
     its own error (external reset), so that it is selected again as soon as its error changes sign."""
     STANDS = "stands"
-    """It stays as it is: what acts does not tell which output would have done the same."""
+    """It goes on while anything follows the output, and else stays as it is: what acts does not tell which output would
+    have done the same."""
 
 
 def follows(c: Controller, layout: Layout) -> tuple[Follows, tuple[Actuator, ...], tuple[Controller, ...]]:
@@ -76,4 +77,4 @@ def conclude(c: Controller, layout: Layout, scope: Scope) -> None:
         return
     free = [f"math.isnan(um[k, {layout.inputs.index(name)}])" for name in
             (*(a.manual for a in moved), *(i.given for i in inner))]  # fmt: skip
-    scope.say(f"if {' and '.join(free) or 'True'}:", f"    {on}")
+    scope.say(f"if {' or '.join(free) or 'True'}:", f"    {on}")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from homeostat.process.blocks.control import follows
 from homeostat.process.blocks.layout import Layout
-from homeostat.process.blocks.parts import Controller
+from homeostat.process.blocks.parts import Actuator, Controller
 from homeostat.process.blocks.term import Leaf, Term, evaluate
 from homeostat.process.equipment import pid_integral
 from homeostat.process.types import Table, Vec
@@ -51,7 +51,7 @@ def _output(
 ) -> tuple[Vec, NDArray[np.bool_]] | None:
     """What the controller's output was by the record, and in which rows it was given by hand; None if nothing tells."""
     _, moved, inner = follows(c, layout)
-    for a in moved:
+    for a in sorted(moved, key=lambda a: _at_last_by_hand(a, readings)):
         if a.command not in readings:
             continue
         by_hand = ~np.isnan(readings[a.manual][1:]) if a.manual in readings else np.zeros(rows, dtype=np.bool_)
@@ -64,6 +64,11 @@ def _output(
         target = reading if used is None else np.where(np.isnan(used[1:]), reading, used[1:])
         return _inverse(i.setpoint, c.output, target, known), np.zeros(rows, dtype=np.bool_)
     return None
+
+
+def _at_last_by_hand(a: Actuator, readings: Mapping[str, Vec]) -> bool:
+    """Whether the last command of an actuator says nothing of the output that others follow."""
+    return a.manual in readings and not np.isnan(readings[a.manual][-1])
 
 
 def _inverse(of: Term, output: Term, wanted: Vec, known: dict[Term, object]) -> Vec:

@@ -151,9 +151,13 @@ def _replayed(bench: Bench, moment: Moment) -> Iterator[Finding]:
                 f"a replay of the {seconds} s before {moment.row + 1} s misses {name!r} by up to {off[worst]:.3g}, "
                 f"more than the {allowed:.3g} that [twin] states of its errors"
             )
-            yield of_model(
-                bench, "following", "replay_inputs", what, "let estimate and replay_inputs follow what was recorded"
-            )
+            yield of_model(bench, "following", "replay_inputs", what, _FOLLOW)
+
+
+_FOLLOW: Final = (
+    "let estimate and replay_inputs follow what was recorded; where levels or temperatures move all the time, as in a "
+    "batch, begin it with one reading (settle_rows = 1 in [twin])"
+)
 
 
 def _resumed(bench: Bench, moment: Moment) -> Iterator[Finding]:

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from homeostat.domain.plant.description import ControlLoop
+from homeostat.domain.plant.description import ControlLoop, Relation
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.lint.deep.bench import Bench
@@ -33,9 +33,20 @@ def loops(bench: Bench) -> Iterator[Finding]:
     """Every loop that does not hold what it should."""
     bench.told("loops")
     for loop in bench.plant.description.loops:
-        found = next((f for f in (_signs(bench, loop), _holds(bench, loop), _follows(bench, loop)) if f), None)
+        found = _signs(bench, loop)
+        if found is None and not _by_hand(bench, loop):
+            found = _holds(bench, loop) or _follows(bench, loop)
         if found is not None:
             yield found
+
+
+def _by_hand(bench: Bench, loop: ControlLoop) -> bool:
+    """Whether the healthy course ends with the loop's actuator commanded by hand, as a batch does: nothing is held."""
+    d, times_s = bench.plant.description, bench.quiet.truth.times_s
+    driven = next(s.component for s in d.signals if s.tag.name == loop.manipulated_variable)
+    manual = [s.tag.name for s in d.signals if s.relation is Relation.OVERRIDES and s.component == driven]
+    late = bench.quiet.after((1.0 - LATE) * times_s[-1])
+    return any(bool(np.isfinite(bench.quiet.true(name)[late]).any()) for name in manual)
 
 
 def _signs(bench: Bench, loop: ControlLoop) -> Finding | None:

@@ -3,7 +3,7 @@
 from typing import Final
 
 from homeostat.knowledge.build.derived.draft import Cells, Draft
-from homeostat.knowledge.build.derived.loops import actuator_of, add_command
+from homeostat.knowledge.build.derived.loops import actuators_of, add_command
 
 STUCK_OPEN: Final = "stuck_open"
 """Ending of the fault of an actuator that stays open."""
@@ -26,7 +26,7 @@ def fault_names(actuator: str) -> tuple[str, ...]:
 
 def add_actuators(draft: Draft) -> None:
     """Add commands of actuators without a loop, and faults of all; what follows from loops must be there already."""
-    driven = {actuator_of(draft, line["mv"]) for line in draft.lines("loops")}
+    driven = {name for line in draft.lines("loops") for name in actuators_of(draft, line)}
     drives = [line for line in draft.lines("signals") if line["relation"] == "drives"]
     otherwise = {line["component"] for line in drives if line["tag"] != f"{line['component']}.cmd"}
     for line in draft.lines("equipment"):

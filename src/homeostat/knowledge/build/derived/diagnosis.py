@@ -8,7 +8,7 @@ from typing import Final
 from homeostat.knowledge.build.derived.actuators import WEAK, fault_names
 from homeostat.knowledge.build.derived.draft import Cells, Draft, Line, number, written
 from homeostat.knowledge.build.derived.instruments import absolute_noise, is_position
-from homeostat.knowledge.build.derived.loops import actuator_of
+from homeostat.knowledge.build.derived.loops import actuators_of
 from homeostat.knowledge.build.derived.parameters import time_constant
 from homeostat.knowledge.build.tables.reading import Origin
 
@@ -18,6 +18,10 @@ LEAST_S: Final = 3.0
 """An actuator that follows within this time is not waited for longer [s]."""
 LAGS: Final = 3.0
 """Time constants after which an actuator has followed [1]."""
+STROKES: Final = 7.0
+"""Time constants after which an actuator that opens or closes at once has, by a filter of :data:`LAGS` [1].
+
+From command to position it is 1/2 (exp(-t / 3 tau) - exp(-t / tau)) of its travel, less than 5 % from 7 tau on."""
 MOST_S: Final = 600.0
 """No symptom waits for longer for an actuator [s]."""
 TRAVEL: Final = 0.05
@@ -32,7 +36,7 @@ class _Sign:
 
     symptom: str
     """Its name."""
-    actuator: str
+    actuators: tuple[str, ...]
     """What is moved where it is seen."""
     near: frozenset[str]
     """Parts of the plant that it is about."""
@@ -67,26 +71,29 @@ def _deviations(draft: Draft, instruments: Mapping[str, Line]) -> Iterator[_Sign
         size = {"sigma": "7", "threshold": written(max(scale, NOISES * noise)), "on_delay_s": written(FILTER_S)}
         words = f"{line['pv']} is not at its setpoint"
         symptom = _add(draft, line.follows, line["id"], feature, size | {"description": words})
-        driven, place = actuator_of(draft, line["mv"]), instrument["at"] if instrument is not None else ""
-        yield _Sign(symptom, driven, frozenset({held["component"], line["controller"], place, driven}), True)
+        driven, place = actuators_of(draft, line), instrument["at"] if instrument is not None else ""
+        yield _Sign(symptom, driven, frozenset({held["component"], line["controller"], place, *driven}), True)
 
 
 def _positions(draft: Draft) -> Iterator[_Sign]:
+    """Positions against commands; what no loop drives is opened and closed at once, as a recipe does."""
+    driven = {name for line in draft.lines("loops") for name in actuators_of(draft, line)}
     for line in draft.lines("instruments"):
         shown, command = draft.find("signals", line["tag"]), draft.find("signals", f"{line['at']}.cmd")
         if not is_position(draft, line) or shown is None or command is None or shown["unit"] != command["unit"]:
             continue
-        lag_s = max(LEAST_S, min(math.ceil(LAGS * time_constant(draft, line["at"])), MOST_S))
+        tau_s, lags = time_constant(draft, line["at"]), LAGS if line["at"] in driven else STROKES
+        lag_s, delay_s = (max(LEAST_S, min(math.ceil(each * tau_s), MOST_S)) for each in (LAGS, lags))
         about = {"unit": shown["unit"], "component": line["at"], "description": f"{line['at']}: position and command"}
         feature = about | {"expression": f"{line['tag']} - {command['tag']}", "filter_s": written(lag_s)}
         size = {
             "sigma": "8",
             "threshold": written(max(TRAVEL, NOISES * absolute_noise(line))),
-            "on_delay_s": written(lag_s),
+            "on_delay_s": written(delay_s),
         }
         words = f"{line['at']} does not follow its command"
         symptom = _add(draft, line.follows, line["at"], feature, size | {"description": words})
-        yield _Sign(symptom, line["at"], frozenset({line["id"], line["at"]}), False)
+        yield _Sign(symptom, (line["at"],), frozenset({line["id"], line["at"]}), False)
 
 
 def _add(draft: Draft, origin: Origin, name: str, feature: Cells, symptom: Cells) -> str:
@@ -109,6 +116,7 @@ def _shown(fault: Line, signs: list[_Sign]) -> list[_Sign]:
 
 def _indicate_something(draft: Draft, sign: _Sign) -> None:
     """A symptom that no fault is near to indicates those of its actuator, or else every fault."""
-    own = [line for line in draft.lines("faults") if line["id"] in fault_names(sign.actuator)]
+    names = {name for actuator in sign.actuators for name in fault_names(actuator)}
+    own = [line for line in draft.lines("faults") if line["id"] in names]
     for line in own or draft.lines("faults"):
         draft.add("symptom_faults", line.follows, {"symptom": sign.symptom, "fault": line["id"]})

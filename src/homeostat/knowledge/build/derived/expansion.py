@@ -8,11 +8,14 @@ from homeostat.knowledge.build.tables.reading import Rows
 
 ALL = "*"
 """Stands for every state that is meant."""
+ALSO = "also"
+"""Where a loop keeps what it commands beside its first command."""
 
 
 def expanded(stated: Mapping[str, Rows]) -> dict[str, list[Line]]:
     """The rows of every table, one for each thing that they are about, so that each has its key."""
     lines = {name: lines_of(name, table.rows) for name, table in stated.items()}
+    lines["loops"] = [_loop(line) for line in lines["loops"]]
     lines["fallbacks"] = list(_steps(lines["fallbacks"]))
     states = [line["id"] for line in lines["states"]]
     lines["setpoints"] = list(_setpoints(lines["setpoints"], states))
@@ -41,6 +44,12 @@ def _steps(lines: list[Line]) -> Iterator[Line]:
         target = targets.setdefault(line["strategy"], line["target"])
         step_and_target = {"step": line["step"] or str(step), "target": line["target"] or target}
         yield Line(line.origin, line.cells | step_and_target)
+
+
+def _loop(line: Line) -> Line:
+    """A loop with its first command, and what else its controller commands under a name that no table has."""
+    first, *others = _named(line["mv"], [])
+    return Line(line.origin, line.cells | {"mv": first, ALSO: " ".join(others)})
 
 
 def _setpoints(lines: list[Line], states: list[str]) -> Iterator[Line]:

@@ -3,6 +3,7 @@
 from typing import Final
 
 from homeostat.knowledge.build.derived.draft import Draft, Line, number, one_digit, written
+from homeostat.knowledge.build.derived.expansion import ALSO
 from homeostat.knowledge.build.derived.instruments import plain
 from homeostat.knowledge.build.tables.reading import Origin
 
@@ -15,7 +16,7 @@ INCREMENT: Final = 0.5
 def add_loops(draft: Draft) -> None:
     """Add what follows from every loop; operators of the plant's parts must be there already."""
     for line in draft.lines("loops"):
-        held, driven = draft.find("signals", line["pv"]), actuator_of(draft, line["mv"])
+        held, driven = draft.find("signals", line["pv"]), actuators_of(draft, line)
         name, label = line["id"], held["description"] if held else line["pv"]
         own = {
             "controller": name,
@@ -26,15 +27,25 @@ def add_loops(draft: Draft) -> None:
             "label": label,
         }
         draft.fill("loops", line, own)
-        place = _place(draft, driven)
+        place = _place(draft, driven[0] if driven else "")
         controller = {"kind": "InformationProcessing", "part_of": place, "label": f"Controller of {line['pv']}"}
         draft.add("equipment", line.follows, {"id": line["controller"]} | controller)
         _add_operator(draft, line, place, driven)
         if held is not None:
             _add_setpoint(draft, line, held)
-        if driven:
-            add_command(draft, line.follows, driven, by_hand=False)
-            _add_manual(draft, line.follows, driven)
+        for actuator in driven:
+            add_command(draft, line.follows, actuator, by_hand=False)
+            _add_manual(draft, line.follows, actuator)
+
+
+def commands_of(line: Line) -> tuple[str, ...]:
+    """What a loop commands: one tag, or several that share the output of its controller."""
+    return (line["mv"], *line[ALSO].split())
+
+
+def actuators_of(draft: Draft, line: Line) -> tuple[str, ...]:
+    """The actuators that a loop drives, those that are there."""
+    return tuple(filter(None, (actuator_of(draft, command) for command in commands_of(line))))
 
 
 def actuator_of(draft: Draft, command: str) -> str:
@@ -94,14 +105,14 @@ def _add_setpoint(draft: Draft, line: Line, held: Line) -> None:
     draft.add("signals", line.follows, shared | deviation)
 
 
-def _add_operator(draft: Draft, line: Line, place: str, driven: str) -> None:
-    operator, after = line["operator"], (f"PO_{driven}", f"PO_{place}")
-    successor = next((name for name in after if draft.find("operators", name)), "")
+def _add_operator(draft: Draft, line: Line, place: str, driven: tuple[str, ...]) -> None:
+    operator = line["operator"]
+    successor = next((f"PO_{part}" for part in (*driven, place) if draft.find("operators", f"PO_{part}")), "")
     own = {"id": operator, "resource": place, "successor": successor, "label": f"Control {line['pv']}"}
     draft.add("operators", line.follows, own)
-    labels = {"pv": ("input", "Reading"), "sp": ("input", "Setpoint"), "mv": ("output", "Command")}
-    for column, (direction, word) in labels.items():
-        tag = line[column]
+    said = [("input", "Reading", line["pv"]), ("input", "Setpoint", line["sp"])]
+    said += [("output", "Command", command) for command in commands_of(line)]
+    for direction, word, tag in said:
         flow = {"operator": operator, "direction": direction, "flow": f"info_{plain(tag)}", "kind": "Information"}
         draft.add("flows", line.follows, flow | {"tag": tag, "label": f"{word} {tag}"})
 
