@@ -75,6 +75,7 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.evaluate.recorded.resumption import ResumptionError
     from homeostat.evaluate.scenario import ScenarioError
     from homeostat.evaluate.study.error import StudyError
+    from homeostat.history.store import HistoryError
     from homeostat.journal import BrokenChain
     from homeostat.journal.signing.keys import KeyTrouble
     from homeostat.knowledge.store.error import GraphError
@@ -87,7 +88,7 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.service.order import OrderError
 
     of_runs = (BrokenChain, KeyTrouble, OrderError, DecodeError, ResultError, ResumptionError, RunDirectoryError)
-    return *of_runs, PlaybookError, StudyError, PlantError, GraphError, ScenarioError, StoreError
+    return *of_runs, HistoryError, PlaybookError, StudyError, PlantError, GraphError, ScenarioError, StoreError
 
 
 @contextlib.contextmanager

@@ -1,8 +1,11 @@
 """The reading side of a store in a folder: the log as far as it goes, and the tables behind it."""
 
+import os
 import threading
+import time
 from collections import OrderedDict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Final, NamedTuple, TypeVar, final
 
@@ -21,7 +24,7 @@ from homeostat.history.embedded.layout import (
 )
 from homeostat.history.embedded.names import read_names
 from homeostat.history.embedded.sealing import by_tag, minutes_of, read_occurrences
-from homeostat.history.embedded.segment import Content, read_segment
+from homeostat.history.embedded.segment import Content, content_of
 from homeostat.history.embedded.tables import (
     ARRIVALS_SCHEMA,
     MINUTES_SCHEMA,
@@ -40,6 +43,8 @@ T = TypeVar("T")
 
 _TRIES: Final = 10
 """Attempts to read while files are being joined or dropped."""
+_PAUSE_S: Final = 0.01
+"""How much longer each of them waits than the one before [s]."""
 _OPEN: Final = 64
 """Tables whose footers are kept in memory."""
 _RAW_COLUMNS: Final = tuple(RAW_SCHEMA.names[1:])
@@ -99,7 +104,8 @@ class EmbeddedHistory:
 
     def _steadily(self, work: Callable[[], T]) -> T:
         """What ``work`` returns; once more where a file has gone while it was reading."""
-        for _ in range(_TRIES):
+        for k in range(_TRIES):
+            time.sleep(k * _PAUSE_S)
             try:
                 with self._reading:
                     return work()
@@ -109,17 +115,16 @@ class EmbeddedHistory:
 
     def _tags(self) -> tuple[str, ...]:
         names = set(read_names(self._folder))
-        for segment in segments_of(self._folder):
-            names.update(filter(None, self._content(segment).names))
+        for _, content in self._contents(segments_of(self._folder)):
+            names.update(filter(None, content.names))
         return tuple(sorted(names))
 
     def _extent(self) -> Span | None:
         files = listed(self._folder, RAW)
         ends = [(table.from_us, table.to_us) for table in files.tables]
-        for segment in files.segments:
-            time_us = self._content(segment).time_us
-            if len(time_us):
-                ends.append((int(time_us.min()), int(time_us.max())))
+        for _, content in self._contents(files.segments):
+            if len(content.time_us):
+                ends.append((int(content.time_us.min()), int(content.time_us.max())))
         return Span(min(e[0] for e in ends), max(e[1] for e in ends) + 1) if ends else None
 
     def _refuse_unknown(self, tags: Sequence[str]) -> None:
@@ -133,14 +138,15 @@ class EmbeddedHistory:
     def _read(self, tags: Sequence[str], span: Span) -> Mapping[str, Series]:
         found: dict[str, list[_Part]] = {tag: [] for tag in tags}
         files = listed(self._folder, RAW)
+        contents = self._contents(files.segments)
         arrivals = listed(self._folder, ARRIVALS).tables
         for table in files.tables:
             if table.overlaps(span):
                 self._add_parts(found, table, span, arrivals)
-        for segment in files.segments:
-            for rows in by_tag(self._content(segment)):
+        for _, content in contents:
+            for rows in by_tag(content):
                 if rows.tag in found:
-                    found[rows.tag].append(self._of_segment(segment, rows))
+                    found[rows.tag].append(_of_segment(content, rows))
         return {tag: _series(parts).within(span) for tag, parts in found.items()}
 
     def _add_parts(
@@ -157,32 +163,29 @@ class EmbeddedHistory:
             for tag, columns in inside:
                 found[tag].append(_Part(columns, arrivals))
 
-    def _of_segment(self, segment: SegmentFile, rows: TagRows) -> _Part:
-        content = self._content(segment)
-        arrival = np.arange(len(content.own_us), dtype=np.int64)
-        return _Part(rows.columns, {"arrival": arrival, "server_time": content.server_us, "own_time": content.own_us})
-
     def _minutes(self, tags: Sequence[str], span: Span) -> Mapping[str, Minutes]:
         found: dict[str, list[Minutes]] = {tag: [] for tag in tags}
         files = listed(self._folder, MINUTES)
+        contents = self._contents(files.segments)
         for table in files.tables:
             if table.overlaps(span):
                 for tag, columns in self._table(table).read(tags, _MINUTE_COLUMNS):
                     found[tag].append(minutes_of(columns))
-        for segment in files.segments:
-            for rows in by_tag(self._content(segment)):
+        for _, content in contents:
+            for rows in by_tag(content):
                 if rows.tag in found:
                     columns = rows.columns
                     found[rows.tag].append(roll_up(columns["time"], columns["value"], columns["quality"]))
         return {tag: combine(parts).within(span) for tag, parts in found.items()}
 
     def _last(self, tags: Sequence[str]) -> Mapping[str, Series]:
-        files, arrivals = listed(self._folder, RAW), listed(self._folder, ARRIVALS).tables
+        files = listed(self._folder, RAW)
+        contents, arrivals = self._contents(files.segments), listed(self._folder, ARRIVALS).tables
         found: dict[str, list[tuple[int, Series]]] = {tag: [] for tag in tags}
-        for segment in files.segments:
-            for rows in by_tag(self._content(segment)):
+        for segment, content in contents:
+            for rows in by_tag(content):
                 if rows.tag in found:
-                    found[rows.tag].append((segment.number, _series([self._of_segment(segment, rows)]).tail(1)))
+                    found[rows.tag].append((segment.number, _series([_of_segment(content, rows)]).tail(1)))
         for table in sorted(files.tables, key=lambda t: t.to_us, reverse=True):
             # A later sample than any that this table and those after it have is the last one.
             open_ = [t for t, known in found.items() if all(s.time_us[0] <= table.to_us for _, s in known)]
@@ -195,8 +198,8 @@ class EmbeddedHistory:
 
     def _occurrences(self, span: Span) -> tuple[Occurrence, ...]:
         files = listed(self._folder, EVENTS)
-        every = [o for table in files.tables if table.overlaps(span) for o in read_occurrences(table.path)]
-        every += [o for segment in files.segments for o in self._content(segment).occurrences]
+        every = [o for _, content in self._contents(files.segments) for o in content.occurrences]
+        every = [o for table in files.tables if table.overlaps(span) for o in read_occurrences(table.path)] + every
         inside = (o for o in every if span.from_us <= o.time_us < span.to_us)
         return tuple(sorted(inside, key=lambda o: o.time_us))
 
@@ -223,15 +226,25 @@ class EmbeddedHistory:
             return parts[0]
         return {n: np.concatenate([_NO_TIMES, *(part[n] for part in parts)]) for n in ARRIVALS_SCHEMA.names}
 
-    def _content(self, segment: SegmentFile) -> Content:
-        """What a segment holds now, read again only where it has grown."""
-        size = segment.path.stat().st_size
-        known = self._segments.get(segment.path)
-        if known is None or known[0] != size:
-            if len(self._segments) > 1:
-                self._segments.clear()
-            known = self._segments[segment.path] = size, read_segment(segment.path)
-        return known[1]
+    def _contents(self, segments: Iterable[SegmentFile]) -> list[tuple[SegmentFile, Content]]:
+        """What the segments hold now; one is read again only where it has grown."""
+        with ExitStack() as stack:
+            # All are opened before one is read: meanwhile they may become tables and go.
+            files = [(segment, stack.enter_context(segment.path.open("rb"))) for segment in segments]
+            known, found = self._segments, list[tuple[SegmentFile, Content]]()
+            self._segments = {}
+            for segment, file in files:
+                size = os.fstat(file.fileno()).st_size
+                before = known.get(segment.path)
+                content = before[1] if before and before[0] == size else content_of(file.read(size))
+                self._segments[segment.path] = size, content
+                found.append((segment, content))
+        return found
+
+
+def _of_segment(content: Content, rows: TagRows) -> _Part:
+    arrival = np.arange(len(content.own_us), dtype=np.int64)
+    return _Part(rows.columns, {"arrival": arrival, "server_time": content.server_us, "own_time": content.own_us})
 
 
 def _series(parts: Sequence[_Part]) -> Series:

@@ -11,7 +11,8 @@ from homeostat.history.settings import HistorySettings
 
 T = TypeVar("T")
 
-_FULL: Final = (errno.ENOSPC, errno.EDQUOT)
+FULL: Final = (errno.ENOSPC, errno.EDQUOT)
+"""Errors that say that the disk is full."""
 
 
 def too_old(store: Path, settings: HistorySettings, now_us: int) -> list[TableFile]:
@@ -50,7 +51,7 @@ def with_room(store: Path, work: Callable[[], T], told: Callable[[str], None]) -
         try:
             return work()
         except OSError as error:
-            if error.errno not in _FULL or not (tables := oldest(store)):
+            if error.errno not in FULL or not (tables := oldest(store)):
                 raise
             told(f"the disk is full: the oldest samples, those of {tables[0].label}, were dropped; make room")
             drop(tables)

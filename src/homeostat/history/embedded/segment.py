@@ -130,8 +130,13 @@ class Content:
 
 def read_segment(path: Path) -> Content:
     """Everything whole in a segment, which may be written to at this moment; OSError where it cannot be read."""
+    return content_of(path.read_bytes())
+
+
+def content_of(raw: bytes) -> Content:
+    """Everything whole in the bytes of a segment."""
     names, kept, occurrences, gaps = dict[int, str](), list[Kept](), list[Occurrence](), list[Gap]()
-    for found in scan(path.read_bytes()):
+    for found in scan(raw):
         match found:
             case Gap():
                 gaps.append(found)

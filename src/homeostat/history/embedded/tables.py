@@ -62,6 +62,8 @@ EVENTS_SCHEMA: Final = _schema(
 
 _ROWS: Final = 32_768
 """Rows after which a row group ends, where the next tag begins: a trend reads a row group per tag and hour."""
+_FEWER_ROWS: Final = 4096
+"""The same for the roll-up, which has fewer rows per tag and more columns."""
 _MOST_ROWS: Final = 1 << 20
 """Rows of a row group with one tag."""
 _LEVEL: Final = 3
@@ -89,7 +91,7 @@ def write_sorted(path: Path, schema: pa.Schema, rows: Iterable[TagRows]) -> None
     index = dict[str, int]()
     with _Whole(path) as whole:
         writer: pq.ParquetWriter | None = None
-        for group in _groups(rows):
+        for group in _groups(rows, _ROWS if schema is RAW_SCHEMA else _FEWER_ROWS):
             table = _table(schema, group)
             for one in group:
                 index[one.tag] = len(next(iter(one.columns.values())))
@@ -174,12 +176,12 @@ def _columns(table: pa.Table) -> dict[str, NDArray[Any]]:
     return found
 
 
-def _groups(rows: Iterable[TagRows]) -> Iterator[list[TagRows]]:
-    """Tags that share a row group."""
+def _groups(rows: Iterable[TagRows], most: int) -> Iterator[list[TagRows]]:
+    """Tags that share a row group of about ``most`` rows."""
     group, length = list[TagRows](), 0
     for one in rows:
         n = len(next(iter(one.columns.values())))
-        if group and length + n > _ROWS:
+        if group and length + n > most:
             yield group
             group, length = [], 0
         group.append(one)

@@ -20,7 +20,7 @@ from homeostat.history.embedded.layout import (
 )
 from homeostat.history.embedded.lock import LOCK, hold
 from homeostat.history.embedded.names import add_names
-from homeostat.history.embedded.retention import drop, too_much, too_old, with_room
+from homeostat.history.embedded.retention import FULL, drop, too_much, too_old, with_room
 from homeostat.history.embedded.sealing import compact, seal
 from homeostat.history.embedded.segment import read_segment
 from homeostat.history.samples import NO_TIME
@@ -86,7 +86,7 @@ class Tidying:
             for segment in segments_of(self._store):
                 if segment.number < number:
                     with_room(self._store, lambda s=segment: self._seal(s), self._told)  # type: ignore[misc]
-            with_room(self._store, lambda: compact(self._store, label), self._told)
+            self._compact(label)
         self.retain(now_us)
 
     def retain(self, now_us: int) -> None:
@@ -95,6 +95,16 @@ class Tidying:
             if now_us != NO_TIME:
                 drop(too_old(self._store, self._settings, now_us))
             drop(too_much(self._store, self._settings))
+
+    def _compact(self, label: str) -> None:
+        """Join tables; where there is no room for that, or some were dropped meanwhile, the next time will do."""
+        try:
+            compact(self._store, label)
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            if error.errno not in FULL:
+                raise
 
     def _seal(self, segment: SegmentFile) -> None:
         if segment in listed(self._store, RAW).segments:  # else a death came between the table and this
