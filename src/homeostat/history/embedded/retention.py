@@ -1,4 +1,4 @@
-"""What is dropped: what is too old, what is too much, and on a full disk the oldest samples. Events never are."""
+"""What is dropped: what is too old, what is too much, and on a full disk the oldest samples, then minutes. Events never are."""
 
 import errno
 from collections.abc import Callable, Sequence
@@ -38,12 +38,12 @@ def too_much(store: Path, settings: HistorySettings) -> list[TableFile]:
 
 
 def oldest(store: Path) -> list[TableFile]:
-    """The oldest table of samples with its arrivals; nothing where there is none."""
-    return _with_arrivals(store, listed(store, RAW).tables[:1])
+    """The oldest table of samples with its arrivals; where there is none, the oldest of the roll-up, or nothing."""
+    return _with_arrivals(store, listed(store, RAW).tables[:1]) or list(listed(store, MINUTES).tables[:1])
 
 
 def with_room(store: Path, work: Callable[[], T], told: Callable[[str], None]) -> T:
-    """What ``work`` returns; as long as the disk is full, the oldest samples are dropped for it, which is told.
+    """What ``work`` returns; as long as the disk is full, what is oldest is dropped for it, which is told.
 
     Raises OSError where there is nothing left to drop, or anything else is wrong.
     """
@@ -53,7 +53,8 @@ def with_room(store: Path, work: Callable[[], T], told: Callable[[str], None]) -
         except OSError as error:
             if error.errno not in FULL or not (tables := oldest(store)):
                 raise
-            told(f"the disk is full: the oldest samples, those of {tables[0].label}, were dropped; make room")
+            what = "samples" if tables[0].folder.name == RAW else "minutes"
+            told(f"the disk is full: the oldest {what}, those of {tables[0].label}, were dropped; make room")
             drop(tables)
 
 
