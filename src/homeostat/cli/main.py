@@ -76,6 +76,7 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.evaluate.recorded.resumption import ResumptionError
     from homeostat.evaluate.scenario import ScenarioError
     from homeostat.evaluate.study.error import StudyError
+    from homeostat.history.store import HistoryError
     from homeostat.journal import BrokenChain
     from homeostat.journal.signing.keys import KeyTrouble
     from homeostat.knowledge.store.error import GraphError
@@ -88,7 +89,8 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.service.order import OrderError
 
     of_runs = (BrokenChain, KeyTrouble, OrderError, DecodeError, ResultError, ResumptionError, RunDirectoryError)
-    return *of_runs, AdoptionError, PlaybookError, StudyError, PlantError, GraphError, ScenarioError, StoreError
+    of_plants = (AdoptionError, PlaybookError, StudyError, PlantError, GraphError, ScenarioError)
+    return *of_runs, *of_plants, HistoryError, StoreError
 
 
 @contextlib.contextmanager

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from numbers import Real
 
 from homeostat.domain.mode import Mode, PersonCommand
+from homeostat.domain.observation import Observation
 from homeostat.evaluate.recorded.resumption import Past
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Setting
@@ -69,6 +70,8 @@ class Operation:
     """People who must agree to a reset."""
     past: Past | None = None
     """What the run goes on from; None for one that begins."""
+    onlooker: Callable[[Observation], None] = lambda seen: None
+    """Shown every tick of the guard; where it fails, that is an alarm and the run goes on."""
 
     def __post_init__(self) -> None:
         if self.pace is not None and not (math.isfinite(self.pace) and self.pace > 0.0):

@@ -175,6 +175,7 @@ def _hook(shown: Shown, assembly: Assembly, operation: Operation, local: LocalCo
         shown(seen)
         for order in operation.orders():
             assembly.guard.mailbox.put(order)
+        operation.onlooker(seen)  # last: what fails in there keeps nobody from anything
 
     return hook
 

@@ -2,6 +2,10 @@
 
 import argparse
 import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,6 +20,7 @@ from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.playbook.recoveries import entries_of
 from homeostat.evaluate.proposing import Proposing
+from homeostat.evaluate.recorded.history import RunHistory
 from homeostat.evaluate.recorded.run import record_run
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Scenario, departing, repaired, scenario
@@ -38,6 +43,8 @@ STATUS = {
     "limit_violated": 5,
 }
 """Outcome -> exit status."""
+SECOND_US = 1_000_000
+"""A second [us]."""
 NOT_STORED = 1
 """Exit status of a run whose result could not be stored; what it came to is printed all the same."""
 
@@ -55,16 +62,42 @@ def carry_out(options: argparse.Namespace) -> int:
     thinking = Thinking(options.thinking_scale if options.pace is None else options.pace, options.thinking_declared)
     conditions = Conditions(AskingProtocol(options.protocol), options.label_given)
     check_protocol(plant, conditions.protocol)  # before a directory is made
+    with _history(options.history, plant) as history:
+        directory = _directory(options, plant, chosen)
+        operated = operation.chosen(options, directory.path)
+        if history is not None:
+            operated = replace(operated, onlooker=history.see)
+        budget, book = operation.budget(options), playbook and playbook.book
+        proposing = Proposing(speaker, conditions, budget=budget, playbook=book)
+        going = Going(plant, chosen, directory, thinking, options.proposer, proposing, operated, playbook, history)
+        return carry(going, options.json)
+
+
+def _directory(options: argparse.Namespace, plant: Plant, chosen: Scenario) -> RunDirectory:
+    """Where the run is kept; it is said where nobody signs it."""
     if options.out is not None:
         directory = RunDirectory(options.out)
     else:
         directory = RunDirectory.next_free(RUNS, f"{plant.name}-{chosen.fault}-{chosen.seed}")
     if directory.unsigned:
         print(f"homeostat: the run is not signed: {printable(directory.unsigned)}", file=sys.stderr)
-    operated = operation.chosen(options, directory.path)
-    proposing = Proposing(speaker, conditions, budget=operation.budget(options), playbook=playbook and playbook.book)
-    going = Going(plant, chosen, directory, thinking, options.proposer, proposing, operated, playbook)
-    return carry(going, options.json)
+    return directory
+
+
+@contextmanager
+def _history(folder: Path | None, plant: Plant) -> Iterator[RunHistory | None]:
+    """The history that the run is added to; what it could not take is said on standard error."""
+    if folder is None:
+        yield None
+        return
+    from homeostat.history.embedded.store import EmbeddedStore  # pyarrow loads slowly
+
+    with EmbeddedStore(folder) as store:
+        before = store.extent()
+        start_us = max(time.time_ns() // 1000, 0 if before is None else before.to_us)
+        yield RunHistory(store, plant.name, -(-start_us // SECOND_US) * SECOND_US)
+    for trouble in store.take_troubles():
+        print(f"homeostat: {printable(trouble)}", file=sys.stderr)
 
 
 class Playbook(NamedTuple):
@@ -111,6 +144,7 @@ class Going(NamedTuple):
     proposing: Proposing
     operation: Operation
     playbook: Playbook | None = None
+    history: RunHistory | None = None
 
 
 def carry(going: Going, as_json: bool) -> int:
@@ -123,8 +157,11 @@ def carry(going: Going, as_json: bool) -> int:
             list(story.tell(before.event, before.at_s))  # told when it happened
 
     def on_event(event: Event, at_s: float) -> None:
-        for line in story.tell(event, at_s):
+        lines = list(story.tell(event, at_s))
+        for line in lines:
             view.show(line)
+        if going.history is not None:
+            going.history.hear(event, at_s, "; ".join(line.text for line in lines))
 
     def on_snapshot(snapshot: Snapshot) -> None:
         for line in story.watch(snapshot.at_s):

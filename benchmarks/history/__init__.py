@@ -1,0 +1,1 @@
+"""What keeping a history costs: room, time of appending, time of reading."""

@@ -1,0 +1,1 @@
+"""What was measured: every sample with its quality and its times, alarms and events, kept for years."""

@@ -1,0 +1,72 @@
+"""No acknowledged sample is lost by ``kill -9``, whatever the store was doing: appending or making tables."""
+
+from __future__ import annotations
+
+import random
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import pytest
+
+from homeostat.history.embedded.reading import EmbeddedHistory
+from homeostat.history.embedded.store import EmbeddedStore
+from homeostat.history.samples import ALWAYS
+from tests.cli.command import environment
+from tests.contracts.history_store import T0, S
+from tests.history.test_embedded import MEMORY
+from tests.history.writing import TAGS
+
+REPO = Path(__file__).resolve().parents[2]
+
+
+def killed_after(folder: Path, seconds: float) -> list[int]:
+    """Batches that a writer acknowledged before it was killed, ``seconds`` after the first."""
+    surroundings = environment()
+    surroundings["PYTHONPATH"] = f"{surroundings['PYTHONPATH']}:{REPO}"
+    command = [sys.executable, "-m", "tests.history.writing", str(folder)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=surroundings, cwd=REPO) as writer:
+        assert writer.stdout is not None
+        acknowledged = [writer.stdout.readline()]
+        time.sleep(seconds)
+        writer.kill()
+        acknowledged += writer.stdout.read().splitlines(keepends=True)
+    return [int(line) for line in acknowledged if line.endswith("\n")]
+
+
+def looked_through(folder: Path, acknowledged: set[int]) -> None:
+    """Everything that was acknowledged is in the store, once, with the values that it had."""
+    found = EmbeddedHistory(folder).read([f"tag {n:02d}" for n in range(TAGS)], ALWAYS)
+    for n in range(TAGS):
+        series = found[f"tag {n:02d}"]
+        seconds = ((series.time_us - T0) // S).tolist()
+        assert len(set(seconds)) == len(seconds), "a sample is there twice"
+        assert acknowledged <= set(seconds)
+        # What was written and never acknowledged may be there: one batch for each kill.
+        assert series.value.tolist() == [k + n / 100 for k in seconds]
+
+
+def deaths(times: int, seed: int) -> None:
+    """Kill a writer again and again, and look through the store after each death."""
+    draws, acknowledged = random.Random(seed), set[int]()
+    with tempfile.TemporaryDirectory(dir=MEMORY) as base:
+        folder = Path(base) / "history"
+        for _ in range(times):
+            acknowledged |= set(killed_after(folder, draws.uniform(0.0, 1.0)))
+            looked_through(folder, acknowledged)
+        with EmbeddedStore(folder) as store:
+            # A torn record is told; it is no loss of what was acknowledged.
+            assert all("torn" in line for line in store.take_troubles())
+        looked_through(folder, acknowledged)
+        assert len(acknowledged) > 20 * times
+
+
+def test_a_writer_that_is_killed_three_times_loses_nothing() -> None:
+    deaths(3, seed=1)
+
+
+@pytest.mark.slow
+def test_a_writer_that_is_killed_twenty_times_loses_nothing() -> None:
+    deaths(20, seed=2)
