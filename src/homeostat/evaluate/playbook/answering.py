@@ -18,7 +18,7 @@ from homeostat.evaluate.conditions import LabelGiven
 from homeostat.evaluate.playbook.points import Question
 from homeostat.evaluate.playbook.recoveries import entry_of, recoveries
 from homeostat.evaluate.reference.unsupervised import open_process
-from homeostat.evaluate.scenario import LONGEST_S, Scenario, scenario
+from homeostat.evaluate.scenario import LONGEST, Scenario, scenario
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Event, MemoryTrace
 from homeostat.links.clock import DeclaredClock
@@ -41,7 +41,8 @@ def answered(plant: Plant, question: Question) -> Entry:
 
     It comes from a simulated plant that nobody watched any longer, so that nothing is said of what came of it.
     """
-    end_s = min(question.onset_s + LOOKED_S, LONGEST_S)
+    timing = plant.description.timing
+    end_s = min(question.onset_s + timing.time_s(LOOKED_S), LONGEST * timing.tick_s)
     chosen = scenario(plant, question.fault, question.seed, question.onset_s, question.severity, end_s)
     record, seen = RunRecord(), list[Snapshot]()
     broke = _run(plant, chosen, record, seen)
@@ -60,7 +61,9 @@ def _run(plant: Plant, chosen: Scenario, record: RunRecord, seen: list[Snapshot]
     trace, until = MemoryTrace(), _Until()
     trace.subscribe(record)
     trace.subscribe(until)
-    link = SimulatedLink(open_process(plant, chosen), LinkConfiguration(recipe_by=plant.recipe))
+    link = SimulatedLink(
+        open_process(plant, chosen), LinkConfiguration.of(plant.recipe, plant.description.timing.tick_s)
+    )
     arrangement = Arrangement(
         guard=UNHURRIED,
         given=lambda monitoring: LabelGiven(monitoring, chosen.faults, plant.monitoring.review_s),

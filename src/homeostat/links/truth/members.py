@@ -8,12 +8,12 @@ import numpy as np
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.links.truth.disturbed import Disturbed, Targets
 from homeostat.links.truth.process import PlantConfiguration, fault_tables
-from homeostat.process.batch import Batch, BatchResult, BatchRun
+from homeostat.process.batch import Batch, BatchResult, BatchRun, tick_of
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Cube, Table, Vec
 
-PIECE_S = 5
-"""For so long what a disturbance does to a parameter is held [s]."""
+PIECE = 5
+"""For so many ticks what a disturbance does to a parameter is held."""
 
 
 class Members:
@@ -27,7 +27,9 @@ class Members:
         self._kernel = departed.model.kernel if departed else model.kernel
         self._usual = np.concatenate([truth.parameters, departed.parameters]) if departed else truth.parameters
         self._disturbed = (
-            Disturbed(Targets(model, departed.model.departures, plant), departed.disturbances) if departed else None
+            Disturbed(Targets(model, departed.model.departures, plant), departed.disturbances, tick_of(model.kernel))
+            if departed
+            else None
         )
 
     def start(self) -> Vec:
@@ -59,12 +61,12 @@ class Members:
             sensor_noise=noise,
         )
         run = BatchRun(self._kernel, batch, self._model.states.__getitem__)
-        repaired = self._truth.repaired_s - start_s
-        pieces = sorted({*(range(0, steps, PIECE_S) if self._disturbed else (0,)), steps, *_whole(repaired, steps)})
+        repaired = (self._truth.repaired_s - start_s) / tick_of(self._model.kernel)
+        pieces = sorted({*(range(0, steps, PIECE) if self._disturbed else (0,)), steps, *_whole(repaired, steps)})
         for reached, until in pairwise(pieces):
             if self._disturbed is not None:
                 row = self._usual.copy()
-                self._disturbed.act(self._usual, row, start_s + reached)
+                self._disturbed.act(self._usual, row, start_s + reached * tick_of(self._model.kernel))
                 run.parameters[:] = row
             if reached >= repaired:
                 run.severity[:], run.onset_s[:] = 0.0, np.inf
@@ -72,16 +74,16 @@ class Members:
         return BatchResult(run.record, run.state)
 
     def _reaching(self, inputs: Cube, start_s: float, steps: int) -> Cube:
-        """What of the commanded ``inputs`` reaches the plant, second by second; ``inputs`` stay as they are."""
+        """What of the commanded ``inputs`` reaches the plant, tick by tick; ``inputs`` stay as they are."""
         if self._disturbed is None or not self._disturbed.acts_on_inputs:
             return inputs
         reached = inputs.copy()
         for schedule in reached:
-            for second in range(steps):
-                schedule[second] = self._disturbed.inputs(schedule[second], start_s + second)
+            for k in range(steps):
+                schedule[k] = self._disturbed.inputs(schedule[k], start_s + k * tick_of(self._model.kernel))
         return reached
 
 
-def _whole(second: float, steps: int) -> tuple[int, ...]:
-    """``second`` as a whole number, where it lies in the ``steps``."""
-    return (math.ceil(second),) if 0.0 < second < steps else ()
+def _whole(tick: float, steps: int) -> tuple[int, ...]:
+    """``tick`` as a whole number, where it lies in the ``steps``."""
+    return (math.ceil(tick),) if 0.0 < tick < steps else ()
