@@ -51,6 +51,10 @@ class Timing:
         """Process time after so many ticks [s]; no rounding adds up."""
         return round(tick * self.tick_s, _DIGITS)
 
+    def told(self, at_s: float) -> str:
+        """A time for people, without its unit: with decimals where ticks are shorter than a second."""
+        return f"{at_s:.{max(math.ceil(-math.log10(self.tick_s)), 0)}f}"
+
     def ticks(self, seconds: float) -> int:
         """How many ticks ``seconds`` are, to the nearest."""
         return round(seconds / self.tick_s)

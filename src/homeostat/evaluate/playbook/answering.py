@@ -52,7 +52,7 @@ def answered(plant: Plant, question: Question) -> Entry:
     setpoints = Measure(plant.description).setpoints(_at(seen, question.onset_s))
     occasion = Occasion(question.state, Mode.CLOSED_LOOP.value, (Hypothesis(chosen.faults, 1.0),), setpoints)
     needed = bool(broke or record.fallbacks)
-    reason = broke or _reason(record)
+    reason = broke or _reason(record, end_s - question.onset_s)
     return Entry(plant.configuration, __version__, question.source, occasion, None, reason, needed=needed)
 
 
@@ -114,7 +114,7 @@ class _Ending:
         return self.source.advance()
 
 
-def _reason(record: RunRecord) -> str:
+def _reason(record: RunRecord, looked_s: float) -> str:
     fallbacks = record.of_kind(FallbackActivated)
     if fallbacks:
         gave_up = record.of_kind(GaveUp)
@@ -122,7 +122,7 @@ def _reason(record: RunRecord) -> str:
     left = record.of_kind(NoActionTaken)
     if left:
         return f"nothing need be done: every criterion holds in {left[-1].state!r} if it is left alone"
-    return f"nothing was noticed within {LOOKED_S:g} s"
+    return f"nothing was noticed within {looked_s:g} s"
 
 
 def _at(seen: list[Snapshot], at_s: float) -> Snapshot:

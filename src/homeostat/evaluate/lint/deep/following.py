@@ -159,7 +159,8 @@ def _replayed(bench: Bench, moment: Moment) -> Iterator[Finding]:
         worst = int(np.argmax(off))
         if float(np.sqrt(np.mean(off**2))) > allowed:
             what = (
-                f"a replay of the {rows * window.tick_s:g} s before {moment.at_s:g} s misses {name!r} by up to {off[worst]:.3g}, "
+                f"a replay of the {rows * window.tick_s:g} s before {moment.at_s:g} s misses {name!r} by up to "
+                f"{off[worst]:.3g}, "
                 f"more than the {allowed:.3g} that [twin] states of its errors"
             )
             yield of_model(
