@@ -299,7 +299,7 @@ def test_the_message_names_the_columns_that_are_not_finite() -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"steps": 51}, "input schedules of shape (1, 50, 9) do not cover 51 s"),
+        ({"steps": 51}, "input schedules of shape (1, 50, 9) do not cover 51 ticks"),
         ({"steps": 0}, "steps 0 and stride 1 must be >= 1"),
         ({"stride": 0}, "steps 50 and stride 0 must be >= 1"),
         ({"inputs": np.zeros((50, len(U)))}, "input schedules of shape (50, 9)"),

@@ -72,7 +72,7 @@ def test_what_grows_stays_as_it_is_once_it_has_grown_for_long_enough() -> None:
 
 def test_an_input_goes_on_as_it_is_as_well() -> None:
     off = Move(MoveKind.INPUT, 0, START_S, 0.01, grows=True, grown_s=5.0)
-    schedules, follows = moved_inputs(np.zeros((10, 1)), [(off,)], START_S)
+    schedules, follows = moved_inputs(np.zeros((10, 1)), [(off,)], START_S, 1.0)
     assert schedules[follows[0], :, 0].tolist() == pytest.approx([0.0, 0.01, 0.02, 0.03, 0.04, *[0.05] * 5])
     made = Moves.of([(off,)])
     assert [made.arriving(np.zeros((1, 1)), START_S + s)[0, 0] for s in (2.0, 9.0)] == pytest.approx([0.02, 0.05])

@@ -20,6 +20,7 @@ from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.record.figure.clock import Clock
 from homeostat.record.figure.figure import compose, draw, window
 from homeostat.record.figure.limits import in_force, thresholds, together
 from homeostat.record.figure.marks import explained
@@ -70,7 +71,7 @@ def leaking(plant: Plant) -> Run:
 
 def test_moments_in_their_order_and_equal_runs_equal_pictures(plant: Plant) -> None:
     done = leaking(plant)
-    marks = explained(done, plant.description.machine)
+    marks = explained(done, plant.description.machine, Clock((0.0, done.scenario.end_s), plant.description.timing))
     assert [m.at_s for m in marks] == sorted(m.at_s for m in marks) and marks[0].at_s == 700.0
     assert [m.words.split()[0] for m in marks] == ["leak", "detected", "fallback"]
     assert draw(done) == draw(leaking(plant))

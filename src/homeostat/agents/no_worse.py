@@ -5,7 +5,7 @@ acts instead violates it as well. Member by member, both having the same draws, 
 
     where the fallback keeps a limit   if it keeps it, too
     where it does not                  if it is left by no more than SLACK scales more, and no more than as long again,
-                                       from LONGER_S to MOST_LONGER_S
+                                       from LONGER_TICKS to MOST_LONGER
 
 Hand check: 11.20 L at once with a brim of 11 L, and 8.9 L after a minute with either: as safe. 10.9 L with the
 fallback, 11.01 L with the release: refused.
@@ -18,13 +18,14 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.agents.postponed import LONGER_S
+from homeostat.agents.postponed import LONGER_TICKS
 from homeostat.domain.plant.limits import LimitKind, Limits
+from homeostat.domain.plant.timing import TICK_S
 from homeostat.domain.verdict import Approve, Revise, Rollout, RolloutResult, Verdict
 from homeostat.process.types import Flags
 
-MOST_LONGER_S = 30.0
-"""By which time outside a hard limit may be longer at most, where the fallback needs that long itself [s]."""
+MOST_LONGER = 30.0
+"""Ticks by which time outside a hard limit may be longer at most, where the fallback needs that long itself."""
 Floats: TypeAlias = NDArray[np.float64]
 """Margins, by member, or by member and time."""
 SLACK = 0.1
@@ -40,7 +41,12 @@ def comparable(verdict: Verdict, limits: Limits) -> bool:
 
 
 def judge_no_worse(
-    verdict: Verdict, rollout: Rollout, fallback: Rollout, limits: Limits, scales: Mapping[str, float]
+    verdict: Verdict,
+    rollout: Rollout,
+    fallback: Rollout,
+    limits: Limits,
+    scales: Mapping[str, float],
+    tick_s: float = TICK_S,
 ) -> Verdict:
     """``verdict`` on ``rollout``, an approval where it is for nothing that the ``fallback`` would spare any member.
 
@@ -48,10 +54,14 @@ def judge_no_worse(
     """
     if not isinstance(verdict, Revise) or not comparable(verdict, limits):
         return verdict
-    return verdict if worse(rollout, fallback, limits, scales).any() else Approve(rollout.digest, verdict.findings)
+    return (
+        verdict if worse(rollout, fallback, limits, scales, tick_s).any() else Approve(rollout.digest, verdict.findings)
+    )
 
 
-def worse(rollout: Rollout, fallback: Rollout, limits: Limits, scales: Mapping[str, float]) -> Flags:
+def worse(
+    rollout: Rollout, fallback: Rollout, limits: Limits, scales: Mapping[str, float], tick_s: float = TICK_S
+) -> Flags:
     """Members that fare worse with ``rollout`` than with the ``fallback``, by any that is hard, shape (members,)."""
     count = len(rollout.weights)
     completed = {rollout.result, fallback.result} == {RolloutResult.COMPLETED}
@@ -66,7 +76,7 @@ def worse(rollout: Rollout, fallback: Rollout, limits: Limits, scales: Mapping[s
         of_mine, of_its = (np.atleast_2d(_known(limit.formula.margins(signals, dt_s))) for signals in (mine, its))
         found |= _less(of_mine.min(axis=1), of_its.min(axis=1), SLACK * scales.get(limit.formula.unit, 1.0))
         mine_s, its_s = (of_mine < 0.0).sum(axis=1) * dt_s, (of_its < 0.0).sum(axis=1) * dt_s
-        found |= mine_s - its_s > np.clip(its_s, LONGER_S, MOST_LONGER_S)
+        found |= mine_s - its_s > np.clip(its_s, LONGER_TICKS * tick_s, MOST_LONGER * tick_s)
     return found
 
 

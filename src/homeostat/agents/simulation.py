@@ -103,7 +103,7 @@ def _roll_out_varied(twin: Twin, hypotheses: tuple[Hypothesis, ...], varied: Seq
     if varied[0].then:
         signals, dt_s = twin.follow_many(ensemble, varied)
     else:
-        schedules = twin.schedules(varied, twin.settings.horizon_s)
+        schedules = twin.schedules(varied, twin.horizon)
         signals, dt_s = twin.try_many(ensemble, schedules)
     count, weights = len(ensemble.states), tuple(ensemble.weights.tolist())
     found = []

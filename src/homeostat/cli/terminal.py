@@ -38,7 +38,7 @@ class TerminalView:
     def show(self, line: Line) -> None:
         """Print the line above the status."""
         told = (line.text, _STYLES[line.tone])
-        text = Text.assemble((f"{line.at_s:7.0f} s  ", "dim"), (f"{line.label:<9} ", "bold"), told)
+        text = Text.assemble((f"{line.at_s:7.10g} s  ", "dim"), (f"{line.label:<9} ", "bold"), told)
         self._console.print(text, soft_wrap=True)
 
     def progress(self, at_s: float, values: Mapping[str, float], phase: str, state: str) -> None:
@@ -56,5 +56,5 @@ class TerminalView:
         whole = (Column(no_wrap=True) for _ in range(3 + len(shown)))  # where it is too long, the state gives way
         line = Table.grid(*whole, Column(), padding=(0, 2))
         bar = ProgressBar(self._end_s, at_s, _BAR, complete_style="cyan")
-        line.add_row(Text(f"{at_s:7.0f} s", "dim"), bar, Text(f"{phase:<11}", "bold"), *map(Text, (*shown, state)))
+        line.add_row(Text(f"{at_s:7.10g} s", "dim"), bar, Text(f"{phase:<11}", "bold"), *map(Text, (*shown, state)))
         return line

@@ -163,7 +163,7 @@ def _go_on(plant: Plant, past: Past, followers: tuple[Subscriber, ...], trace: T
 def _attach(plant: Plant, process: TrueProcess, operation: Operation) -> tuple[SimulatedLink, LocalControl]:
     """The simulated plant, and its own control, which runs the recipe where the guard does not."""
     local = LocalControl(plant, operation.mode.writes, lambda: link.leased)
-    link = SimulatedLink(process, LinkConfiguration(recipe_by=plant.recipe), local.sample)
+    link = SimulatedLink(process, LinkConfiguration.of(plant.recipe, plant.description.timing.tick_s), local.sample)
     return link, local
 
 

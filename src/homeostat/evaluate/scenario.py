@@ -12,9 +12,10 @@ from homeostat.links.truth.disturbed import Disturbed, Targets
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import Plant
 from homeostat.plants.truth import NONE, find_mismatch, true_model
+from homeostat.process.batch import tick_of
 
-LONGEST_S = 86_400.0
-"""Longest run: a day [s]. Every second is kept in memory."""
+LONGEST = 86_400
+"""Longest run, in ticks: each of them is kept in memory."""
 _NOTHING = 1e-9
 """Share of a disturbance that is none: a sine at its zeros."""
 LARGEST_SEED = 2**32 - 1
@@ -110,8 +111,9 @@ def scenario(
         names = [_located(plant, names, location)]
     if not 0 <= seed <= LARGEST_SEED:
         raise ScenarioError(f"seed {seed} must lie in 0 to {LARGEST_SEED}")
-    if not 1.0 <= end <= LONGEST_S:
-        raise ScenarioError(f"end of the run {end:g} s must lie in 1 s to {LONGEST_S:g} s")
+    tick_s = plant.description.timing.tick_s
+    if not tick_s <= end <= LONGEST * tick_s:
+        raise ScenarioError(f"end of the run {end:g} s must lie in {tick_s:g} s to {LONGEST * tick_s:g} s")
     if onset_s is not None and not names:
         raise ScenarioError(f"onset {onset_s:g} s needs a fault; name one, or leave the onset out")
     if names and not 0.0 <= onset < end:
@@ -151,7 +153,7 @@ def departing(plant: Plant, chosen: Scenario, disturbances: Sequence[str] = (), 
     try:
         parsed = tuple(Disturbance.parse(text) for text in disturbances)
         if truth is not None:
-            Disturbed(Targets(plant.model, truth.departures, plant.description), parsed)
+            Disturbed(Targets(plant.model, truth.departures, plant.description), parsed, tick_of(plant.model.kernel))
         named = find_mismatch(plant.model, mismatch)
     except (DisturbanceError, PlantError) as error:
         raise ScenarioError(str(error)) from None

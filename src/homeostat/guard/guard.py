@@ -58,7 +58,7 @@ class Guard:
         self._restart: Restart | None = None
         self._wanted = Wanted(parts.alarms)
         self._troubles = Troubles(parts.alarms)
-        self._pace = Pace()
+        self._pace = Pace(parts.rules.timing.tick_s)
         self._now_s, self._began_s = self._pace.now_s, math.nan
         self._seen: Snapshot | None = None
         self._sample: Snapshot | None = None

@@ -3,17 +3,18 @@
 import math
 import sys
 
+from homeostat.domain.plant.timing import TICK_S
+
 LEAP = 10.0
 """Periods by which a clock may go ahead within a tick and be believed at once [1]."""
-PERIOD_S = 1.0
-"""Period that is assumed before the clock has told one [s]."""
 
 
 class Pace:
     """Takes the time of each tick from a clock that may stand, run back, leap, or say nothing that is a time."""
 
-    def __init__(self) -> None:
-        """Before the first tick."""
+    def __init__(self, tick_s: float = TICK_S) -> None:
+        """Before the first tick; ``tick_s``: the period that is assumed before the clock has told one [s]."""
+        self._tick_s = tick_s
         self.now_s = -math.inf
         """The guard's time [s]; minus infinity before the first tick."""
         self._period_s: float | None = None
@@ -36,6 +37,6 @@ class Pace:
             self.now_s = told_s
             return ""
         wrong = f"the clock says {now_s!r} s after {self.now_s:g} s"
-        passed_s = (period_s or PERIOD_S) / (1.0 if told_s > self.now_s else 2.0)
+        passed_s = (period_s or self._tick_s) / (1.0 if told_s > self.now_s else 2.0)
         self.now_s = self.now_s + passed_s if math.isfinite(self.now_s) else 0.0
         return wrong

@@ -1,7 +1,8 @@
 """Times that the guard waits for links, journals and people; the plant's own numbers are in its tables."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from typing import Self
 
 LEASE_WITHIN_S = 10.0
 """Longest that a link may need for a lease where its plant states nothing else [s]."""
@@ -38,6 +39,21 @@ class GuardSettings:
 
     What comes late is kept for so long, for whoever asks for it again, and then given back.
     """
+
+    def for_ticks(self, tick_s: float) -> Self:
+        """The same for a plant that is sampled every ``tick_s`` [s].
+
+        What is waited for on the process clock is seen at a tick, so that it is waited for longer where that is longer
+        than a second.
+        """
+        factor = max(tick_s, 1.0)
+        return replace(
+            self,
+            write_s=self.write_s * factor,
+            again_s=self.again_s * factor,
+            check_age_s=self.check_age_s * factor,
+            person_s=self.person_s * factor,
+        )
 
     def __post_init__(self) -> None:
         for name in (field.name for field in fields(self) if field.name.endswith("_s")):

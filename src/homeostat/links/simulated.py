@@ -16,6 +16,8 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LeaseVoid, PlantEnded
 from homeostat.links.virtual import Answered, Arrival, Recipe, SourceView, VirtualPlant, VirtualSource
 
+HEARTBEAT_S = 5.0
+"""Process time without a heartbeat after which a plant that is sampled once per second sheds to local control [s]."""
 WIRE_LOG_LENGTH = 10_000
 """Most arrivals that a link remembers; the oldest are forgotten first."""
 
@@ -24,12 +26,17 @@ WIRE_LOG_LENGTH = 10_000
 class LinkConfiguration:
     """What the plant's own control system does about a guard."""
 
-    heartbeat_s: float = 5.0
+    heartbeat_s: float = HEARTBEAT_S
     """Process time without a heartbeat after which the plant sheds to local control [s]."""
     local: tuple[Command, ...] = ()
     """What local control then commands; other manual outputs go back to automatic, other setpoints stay."""
     recipe_by: Side = Side.GUARD
     """Whose recipe counts while a guard holds the lease; while none does, it is the plant's."""
+
+    @classmethod
+    def of(cls, recipe_by: Side, tick_s: float) -> LinkConfiguration:
+        """That of a plant which is sampled every ``tick_s`` [s]: a heartbeat comes no more often than a sample."""
+        return cls(HEARTBEAT_S * max(tick_s, 1.0), recipe_by=recipe_by)
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.heartbeat_s) and self.heartbeat_s > 0.0):
@@ -38,7 +45,7 @@ class LinkConfiguration:
 
 @final
 class SimulatedLink:
-    """Implements :class:`homeostat.domain.ports.Link` in virtual time; one second per sample, and no sample is kept."""
+    """Implements :class:`homeostat.domain.ports.Link` in virtual time; one tick per sample, and no sample is kept."""
 
     def __init__(
         self, plant: VirtualPlant, configuration: LinkConfiguration = LinkConfiguration(), recipe: Recipe | None = None
@@ -97,9 +104,9 @@ class SimulatedLink:
         return self._leased
 
     def advance(self) -> Snapshot:
-        """The sample one second later; PlantEnded after the end, and whatever the plant raises where it breaks."""
+        """The sample one tick later; PlantEnded after the end, and whatever the plant raises where it breaks."""
         if self.ended:
-            raise PlantEnded(f"the run is over since t = {self.now_s:.0f} s; there is no further sample")
+            raise PlantEnded(f"the run is over since t = {self.now_s:.10g} s; there is no further sample")
         if self.now_s - self._beat_s >= self._configuration.heartbeat_s:
             self._shed_to_local()
         try:

@@ -1,4 +1,4 @@
-"""Links in virtual time: whoever reads the next sample lets the plant run on by one second."""
+"""Links in virtual time: whoever reads the next sample lets the plant run on by one tick."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -36,11 +36,11 @@ class VirtualPlant(Protocol):
         ...
 
     def command(self, commands: tuple[Command, ...]) -> None:
-        """Ramp to ``commands`` from the next second on; ValueError, and none is taken, where one cannot be."""
+        """Ramp to ``commands`` from the next tick on; ValueError, and none is taken, where one cannot be."""
         ...
 
     def advance(self) -> Mapping[str, float]:
-        """One second later: tag -> reading in the tag's unit."""
+        """One tick later: tag -> reading in the tag's unit."""
         ...
 
 
@@ -106,5 +106,5 @@ class SourceView:
         return self._source.ended
 
     def advance(self) -> Snapshot | None:
-        """One second later: the sample, None where none came."""
+        """One tick later: the sample, None where none came."""
         return self._source.advance()

@@ -26,6 +26,7 @@ from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Trouble
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.rules import GuardRules
+from homeostat.domain.plant.timing import TICK_S
 from homeostat.domain.ports import Clock, Lease, Source
 from homeostat.domain.recovery import Command, FallbackStrategy, Step
 from homeostat.guard.guard import Guard
@@ -238,6 +239,8 @@ class Assembly:
     """Where the two meet."""
     worker: Worker
     """Runs recovery."""
+    tick_s: float = TICK_S
+    """Process time between two samples [s]."""
 
     def run(self, source: Source, hook: Hook = lambda seen: None, scale: float | None = None) -> None:
         """Go on until ``source`` ends, in virtual time, or at ``scale`` process seconds per wall-clock second.
@@ -248,7 +251,7 @@ class Assembly:
         reason = "the run was interrupted"
         self.worker.start()
         try:
-            loop.run_virtual() if scale is None else loop.run_paced(scale)
+            loop.run_virtual(self.tick_s) if scale is None else loop.run_paced(scale, self.tick_s)
             reason = "the run is over"
         finally:
             self.worker.join(END_S)
@@ -271,6 +274,7 @@ def guard_rules(plant: Plant, protocol: AskingProtocol = AskingProtocol.ROUTE) -
         start_up=d.start_up,
         recipe=plant.recipe,
         configuration=plant.configuration,
+        timing=d.timing,
     )
 
 
@@ -279,7 +283,8 @@ def wire(
 ) -> Assembly:
     """A guard for the plant behind ``lease``, and recovery beside it; ``seed`` seeds the twin's draws, as the run's."""
     mode, key = arrangement.mode, new_key()
-    settings = replace(arrangement.guard, lease_within_s=plant.lease_within_s)
+    tick_s = plant.description.timing.tick_s
+    settings = replace(arrangement.guard, lease_within_s=plant.lease_within_s).for_ticks(tick_s)
     arrangement = replace(arrangement, hurried=clock.measured)
     rules = guard_rules(plant, arrangement.protocol)
     guard = Guard(rules, Attachment(trace, lease, mode, {ISSUER: key}, arrangement.memory), settings)
@@ -291,10 +296,10 @@ def wire(
         guard.mailbox.put(Trouble("recovery:failed", cause))
 
     busy_s = BUSY_S if clock.measured else clock.wall_s(0.0)
-    exchange = Exchange(clock, guard.mailbox.put, lost, ExchangeSettings(busy_s=busy_s))
+    exchange = Exchange(clock, guard.mailbox.put, lost, ExchangeSettings(tick_s=tick_s, busy_s=busy_s))
     sealer = Sealer(ISSUER, key, lambda: settings.person_s if guard.mode is Mode.APPROVE else settings.check_age_s)
     recovery = _recovery(plant, exchange, trace, seed, arrangement, rules, sealer)
-    return Assembly(guard, exchange, Worker(exchange, recovery.supervise, failed))
+    return Assembly(guard, exchange, Worker(exchange, recovery.supervise, failed), tick_s)
 
 
 def _recovery(
@@ -335,7 +340,7 @@ def _recovery(
         polishing=bench.search() if arrangement.language or arrangement.playbook is not None else None,
     )
     passing = frozenset(mode.name for mode in d.fault_modes if mode.effect is not None)  # nobody knows that it lasts
-    known = PlantRules(d.machine, d.limits, plant.prices, rules.fallbacks, d.scales, tags, passing)
+    known = PlantRules(d.machine, d.limits, plant.prices, rules.fallbacks, d.scales, tags, passing, d.timing)
     check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration, plant.risk)
-    bounds = Bounds(arrangement.budget, plant.intervention, stepwise)
+    bounds = Bounds(arrangement.budget.for_ticks(d.timing.tick_s), plant.intervention, stepwise)
     return RecoveryLoop(exchange, agents, known, check, bounds, trace)

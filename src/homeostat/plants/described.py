@@ -70,7 +70,9 @@ class DescribedPlant:
     def prices(self) -> Prices:
         """What production is, and what everything that does not forbid costs."""
         objective, plant = self.settings.objective, self.description
-        return prices_of(plant.prices, objective.production, objective.currency, plant.limits, plant.machine)
+        return prices_of(
+            plant.prices, objective.production, objective.currency, plant.limits, plant.machine, plant.timing
+        )
 
 
 def read_stated(name: str, kept: bool) -> StatedPlant:

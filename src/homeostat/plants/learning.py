@@ -20,7 +20,7 @@ from homeostat.plants.error import PlantError
 from homeostat.plants.files.baselines import read_baselines, write_baselines
 from homeostat.plants.files.generated import baseline_sources
 from homeostat.plants.plant import Plant
-from homeostat.process.batch import ProcessError
+from homeostat.process.batch import ProcessError, tick_of
 from homeostat.process.seeds import Stream, noise_seed
 
 FIRST_SEED = 100_000
@@ -38,7 +38,7 @@ def feature_values(plant: Plant, seed: int) -> NDArray[np.float64]:
     configuration = PlantConfiguration(plant.true_parameters(seed), plant.start, (), plant.end_s, noise)
     process = TrueProcess(plant.model, plant.description, configuration)
     link = SimulatedLink(process, recipe=new_sequencer(plant).sample)
-    filters = [FeatureFilter(f) for f in plant.description.features]
+    filters = [FeatureFilter(f, tick_of(plant.model.kernel)) for f in plant.description.features]
     rows: list[list[float]] = []
     started: float | None = None
     try:

@@ -15,6 +15,7 @@ from homeostat.plants.error import PlantError
 from homeostat.plants.files.code import import_own, modules, told
 from homeostat.plants.files.folder import INSTALLED, SETTINGS, PlantFiles
 from homeostat.plants.files.places import shipped_names
+from homeostat.process.batch import tick_of
 from homeostat.process.blocks.composed import ComposedModel
 from homeostat.process.blocks.flowsheet import Flowsheet
 from homeostat.process.model import ProcessModel
@@ -44,6 +45,9 @@ def find_model(files: PlantFiles, model: str, plant: PlantDescription) -> Proces
     except BaseException as broken:  # it is anybody's code
         raise PlantError(f"{where}: it cannot be made: {told(files, broken)}; mend it") from None
     _refuse_partial(found, where)
+    if tick_of(found.kernel) != (tick_s := plant.timing.tick_s):
+        goes = f"its kernel goes on by {tick_of(found.kernel):g} s at a time"
+        raise PlantError(f"{where}: {goes}, and [time] tick_s is {tick_s:g} s; state the same in both")
     return found
 
 
@@ -55,7 +59,11 @@ def _makers(module: ModuleType, plant: PlantDescription) -> dict[str, Callable[[
             made[name] = cast(type[ProcessModel], each)
         elif isinstance(each, Flowsheet):
             made[name] = partial(
-                ComposedModel, each, {p.symbol: p.value for p in plant.parameters}, {f.name for f in plant.faults}
+                ComposedModel,
+                each,
+                {p.symbol: p.value for p in plant.parameters},
+                {f.name for f in plant.faults},
+                plant.timing.tick_s,
             )
     return made
 

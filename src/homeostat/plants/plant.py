@@ -167,7 +167,8 @@ def _case(
 
 def _prices(settings: Settings, plant: PlantDescription) -> Prices:
     objective = settings.objective
-    return prices_of(plant.prices, objective.production, objective.currency, plant.limits, plant.machine)
+    told = objective.production, objective.currency, plant.limits, plant.machine
+    return prices_of(plant.prices, *told, plant.timing)
 
 
 def _with_generated(plant: Plant, settings: Settings) -> Plant:

@@ -1,4 +1,4 @@
-"""The batch engine: many members of one process, simulated at one-second steps in one call."""
+"""The batch engine: many members of one process, simulated tick by tick in one call."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from homeostat.domain.plant.timing import TICK_S
 from homeostat.process.moves import Moves
 from homeostat.process.types import Cube, Indices, Table, Vec
 
@@ -50,9 +51,9 @@ class ProcessError(ArithmeticError):
 class Kernel(Protocol):
     """Compiled code that advances members ``first`` to ``last`` - 1 in place.
 
-    States are those at second ``begin`` after ``t0`` and are brought to second ``steps``. It writes every ``stride``-th
+    States are those ``begin`` ticks after ``t0`` and are brought to tick ``steps``. It writes every ``stride``-th
     state, restricted to ``picks``, into ``out``, and the time [s] of the first non-physical state into ``broken_at``
-    (NaN where all is well). ``moves`` are carried out between two seconds, and written as time goes.
+    (NaN where all is well). ``moves`` are carried out between two ticks, and written as time goes.
     """
 
     def __call__(
@@ -62,6 +63,21 @@ class Kernel(Protocol):
     ) -> None:  # fmt: skip
         """Advance the members; ValueError where an array does not have the columns of the process."""
         ...
+
+
+@runtime_checkable
+class TimedKernel(Protocol):
+    """A kernel that says by how much it goes on with each row of inputs."""
+
+    @property
+    def tick_s(self) -> float:
+        """Process time of one tick [s]."""
+        ...
+
+
+def tick_of(kernel: Kernel) -> float:
+    """Process time of one tick of ``kernel`` [s]; one that does not say it goes on by a second."""
+    return kernel.tick_s if isinstance(kernel, TimedKernel) else TICK_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,15 +93,15 @@ class Batch:
     onset_s: Table
     """Process time [s] from which each fault acts, shape (M, faults)."""
     inputs: Cube
-    """K input schedules, one row per second, shape (K, >= steps, inputs)."""
+    """K input schedules, one row per tick, shape (K, >= steps, inputs)."""
     input_of: Indices
     """Which schedule each member follows, shape (M,)."""
     start_s: float
     """Process time of the initial states [s]."""
     steps: int
-    """Seconds to simulate."""
+    """Ticks to simulate."""
     stride: int
-    """Every how many seconds the state is recorded."""
+    """Every how many ticks the state is recorded."""
     record: tuple[int, ...]
     """Columns of the state that are recorded."""
     seeds: Indices
@@ -95,7 +111,7 @@ class Batch:
     sensor_noise: Vec
     """Scale of the sensor noise of each member, 0 for none, shape (M,)."""
     begin: Indices | None = None
-    """Seconds after start_s at which each member has its initial state, shape (M,); None for 0."""
+    """Ticks after start_s at which each member has its initial state, shape (M,); None for 0."""
     moves: Moves | None = None
     """What happens to the members beside their equations; None for nothing."""
 
@@ -110,8 +126,9 @@ class BatchResult:
     """What came of it."""
 
     record: Cube
-    """Recorded columns, shape (M, steps // stride, columns); the first row is at start_s + stride. Rows before a
-    member's beginning mean nothing."""
+    """Recorded columns, shape (M, steps // stride, columns); the first row is ``stride`` ticks after the start.
+
+    Rows before a member's beginning mean nothing."""
     state: Table
     """Final states, shape (M, states)."""
 
@@ -144,22 +161,22 @@ class BatchRun:
         """What happens beside the equations; what is written of it holds from the second that is reached."""
         self._reached = 0
         self.state = batch.state
-        """States at the second that is reached, shape (M, states)."""
+        """States at the tick that is reached, shape (M, states)."""
         self.inputs = batch.inputs
-        """Input schedules, shape (K, steps, inputs); those of seconds that are not reached yet may be written."""
+        """Input schedules, shape (K, steps, inputs); those of ticks that are not reached yet may be written."""
         self.parameters = batch.parameters.copy() if moves else batch.parameters
-        """Parameters, shape (M, parameters); what is written holds from the second that is reached."""
+        """Parameters, shape (M, parameters); what is written holds from the tick that is reached."""
         self.severity, self.onset_s = batch.severity, batch.onset_s
         """Severities and onsets [s] of the faults, shape (M, faults); as the parameters."""
         self.record = np.empty((len(batch.state), batch.steps // batch.stride, len(batch.record)))
         """As in :class:`BatchResult`, as far as it is reached."""
 
     def advance(self, until: int) -> None:
-        """Advance every member to second ``until``; raises as :func:`simulate` does."""
+        """Advance every member to tick ``until``; raises as :func:`simulate` does."""
         if not self._reached <= until <= self._batch.steps:
-            raise ProcessError(f"second {until} must lie in {self._reached} to {self._batch.steps}")
+            raise ProcessError(f"tick {until} must lie in {self._reached} to {self._batch.steps}")
         if np.isinf(self.inputs[:, self._reached : until]).any():
-            when = f"at t = {self._batch.start_s + self._reached:.0f} s"
+            when = f"at t = {self._batch.start_s + self._reached * tick_of(self._kernel):.10g} s"
             raise ProcessError(f"input schedules contain an infinite value {when}; NaN stands for automatic")
         members, broken, b = len(self.state), np.full(len(self.state), np.nan), self._batch
         given = (self.state, self.parameters, b.severity, b.onset_s, self.inputs, b.input_of, float(b.start_s))
@@ -188,7 +205,7 @@ class BatchRun:
         wrong = np.flatnonzero(~np.isfinite(row)).tolist() or self._batch.record or range(len(row))
         bad = ", ".join(f"{self._describe(int(c))} = {row[c]:.6g}" for c in wrong[:3])
         return ProcessError(
-            f"member {member} left the physical world at t = {broken[member]:.0f} s (volume < 0 or not finite): {bad}"
+            f"member {member} left the physical world at t = {broken[member]:.10g} s (volume < 0 or not finite): {bad}"
         )
 
 
@@ -206,7 +223,7 @@ def _check_shapes(batch: Batch) -> None:
     if batch.steps < 1 or batch.stride < 1:
         raise ProcessError(f"steps {batch.steps} and stride {batch.stride} must be >= 1")
     if batch.inputs.ndim != 3 or batch.inputs.shape[1] < batch.steps:
-        raise ProcessError(f"input schedules of shape {batch.inputs.shape} do not cover {batch.steps} s")
+        raise ProcessError(f"input schedules of shape {batch.inputs.shape} do not cover {batch.steps} ticks")
     members, states = batch.state.shape
     for name in PER_MEMBER:
         array = getattr(batch, name)
@@ -233,7 +250,7 @@ def _check_moves(batch: Batch, moves: Moves) -> None:
 
 def _check_values(batch: Batch, describe: Callable[[int], str]) -> None:
     """Refuse what is not finite before it can spread."""
-    when = f"at t = {batch.start_s:.0f} s"
+    when = f"at t = {batch.start_s:.10g} s"
     if not np.isfinite(batch.start_s):
         raise ProcessError(f"start_s is {batch.start_s!r}; must be finite")
     for name, table, good in (

@@ -36,7 +36,12 @@ TYPES = (*[REAL] * 5, *[WHOLE] * 3, *[REAL] * 2, WHOLE, *[REAL] * 2, *[WHOLE] * 
 """Names and types of the arrays that machine code takes, in its order; the room for its own use comes last."""
 _address: Callable[[Any], Any] = (ctypes.c_char * 0).from_buffer
 """Where an array lies; TypeError if it is read-only or not in one piece."""
-ARGUMENTS = (*[ctypes.c_int64] * 8, ctypes.c_double, *[ctypes.c_int64] * 2, *[ctypes.c_void_p] * (len(TYPES) + 1))
+ARGUMENTS = (
+    *[ctypes.c_int64] * 8,
+    *[ctypes.c_double] * 2,
+    *[ctypes.c_int64] * 2,
+    *[ctypes.c_void_p] * (len(TYPES) + 1),
+)
 """Sizes, times and addresses, for ctypes."""
 UNREACHED = ("PyErr_", "PyExc_", "PyUnicode_FromString", "Py_DecRef", "numba_gil_", "NRT_MemInfo_call_dtor")
 """Beginnings of names that every kernel refers to where it would hand an error on; one that never raises calls none."""
@@ -85,10 +90,16 @@ class CompiledKernel:
         scratch: int,
         parts: ModuleType | None = None,
         source: str | None = None,
+        tick_s: float = 1.0,
     ) -> None:
-        """``source``: what ``function`` was made of, where it was written by a program and stands in no file."""
+        """``source``: what ``function`` was made of, where it was written by a program and stands in no file.
+
+        ``tick_s``: process time by which ``function`` goes on with each row of inputs [s].
+        """
         self.py_func = function
         """The kernel as plain Python."""
+        self.tick_s = tick_s
+        """Process time of one step [s]."""
         written = (function, parts) if source is None else ()
         self._folders = tuple(Path(inspect.getfile(part)).parent for part in written if part)
         self._columns, self._scratch, self._source = columns, scratch, source
@@ -111,10 +122,10 @@ class CompiledKernel:
         work = np.zeros(self._scratch)
         if interpreted():
             given = (x, p, sev, onset, u, u_of, t0, begin, steps, stride, seeds, process, sensor, picks, out)
-            with_moves(self.py_func)(first, last, *given, broken_at, *moved, work)
+            with_moves(self.py_func)(self.tick_s, first, last, *given, broken_at, *moved, work)
             return
         sizes = (len(x), len(u), u.shape[1], out.shape[1], len(picks), len(m.what))
-        self._code(first, last, *sizes, t0, steps, stride, *map(_address, arrays), _address(work))
+        self._code(first, last, *sizes, self.tick_s, t0, steps, stride, *map(_address, arrays), _address(work))
 
     def _check(self, arrays: tuple[np.ndarray, ...], first: int, last: int) -> None:
         """Refuse what machine code would misread: it looks at nothing but addresses and sizes."""
@@ -187,11 +198,11 @@ class CompiledKernel:
         states, parameters, faults, inputs = self._columns
 
         def entry(  # type: ignore[no-untyped-def]
-            first, last, members, schedules, cover, rows, picked, moved, t0, steps, stride, x, p, sev, onset, u, u_of,
-            begin, seeds, process, sensor, picks, out, broken_at, moves_of, what, how, work,
+            first, last, members, schedules, cover, rows, picked, moved, tick, t0, steps, stride, x, p, sev, onset, u,
+            u_of, begin, seeds, process, sensor, picks, out, broken_at, moves_of, what, how, work,
         ) -> None:  # fmt: skip
             advance(
-                first, last, carray(x, (members, states)), carray(p, (members, parameters)),
+                tick, first, last, carray(x, (members, states)), carray(p, (members, parameters)),
                 carray(sev, (members, faults)), carray(onset, (members, faults)),
                 carray(u, (schedules, cover, inputs)), carray(u_of, (members,)), t0, carray(begin, (members,)), steps,
                 stride, carray(seeds, (members,)), carray(process, (members,)), carray(sensor, (members,)),
@@ -208,5 +219,5 @@ def _signature(numba: Any) -> Any:
     types = numba.types
     pointers = {REAL: types.CPointer(types.float64), WHOLE: types.CPointer(types.int64)}
     return types.void(
-        *[types.int64] * 8, types.float64, *[types.int64] * 2, *(pointers[dtype] for dtype in (*TYPES, REAL))
+        *[types.int64] * 8, *[types.float64] * 2, *[types.int64] * 2, *(pointers[dtype] for dtype in (*TYPES, REAL))
     )

@@ -30,7 +30,7 @@ class ProcessModel(Protocol):
     shown: Mapping[str, int]
     """Variable -> state column of what its instrument shows."""
     kernel: Kernel
-    """Compiled code that advances the states."""
+    """Compiled code that advances the states by ticks; it says how long one is."""
 
     def initial_state(self, parameters: Vec) -> Vec:
         """State in which the plant starts, shape (states,)."""

@@ -1,7 +1,7 @@
-"""Moves: what members of a batch do beside their equations, second by second.
+"""Moves: what members of a batch do beside their equations, tick by tick.
 
 A move acts from its onset on: a parameter differs, a state gains or loses per second, a reading is off, or stuck, an
-input is not what was commanded. The engine carries it out between two seconds of the kernel, so that no process model
+input is not what was commanded. The engine carries it out between two ticks of the kernel, so that no process model
 has to know of it, and controllers see readings as they were moved. Check: a state that gains 0.5 per second and has no
 equation stands 5 higher after 10 s.
 """
@@ -15,7 +15,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from homeostat.process.moving import FROZEN, INPUT, PARAMETER, READING, STATE, H, W, move_parameters
+from homeostat.process.moving import FROZEN, INPUT, PARAMETER, READING, SAME_S, STATE, H, W, move_parameters
 from homeostat.process.types import Cube, IndexTable, Indices, Table, Vec
 
 
@@ -26,7 +26,7 @@ class MoveKind(IntEnum):
     STATE = STATE
     """A state that the kernel goes on from."""
     READING = READING
-    """A state that the kernel writes anew each second."""
+    """A state that the kernel writes anew each tick."""
     FROZEN = FROZEN
     """The same; it stays what it was at the onset."""
     INPUT = INPUT
@@ -58,7 +58,7 @@ class Move:
         """By how much the column is moved so long after the onset, nothing before it, shape of ``since_s`` [s]."""
         since = np.asarray(since_s, dtype=np.float64)
         grown = np.clip(since, 0.0, self.grown_s) if self.grows else 1.0  # an onset may be never
-        return np.where(since < 0.0, 0.0, self.size * grown)
+        return np.where(since < -SAME_S, 0.0, self.size * grown)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,12 +114,12 @@ class Moves:
     def beginning_in(self, state: Table, at_s: float) -> Moves:
         """The same for one run from ``state``, shape (members, states), at ``at_s`` [s]: what is stuck shows that."""
         how, member = self.how.copy(), np.repeat(np.arange(len(state)), np.diff(self.begin))
-        stuck = (self.what[:, W.kind] == FROZEN) & (how[:, H.onset_s] <= at_s)
+        stuck = (self.what[:, W.kind] == FROZEN) & (how[:, H.onset_s] <= at_s + SAME_S)
         how[stuck, H.frozen] = state[member[stuck], self.what[stuck, W.column]]
         return replace(self, how=how)
 
     def arriving(self, inputs: Table, at_s: float) -> Table:
-        """What arrives of ``inputs``, shape (members, inputs), in the second from ``at_s`` on [s]."""
+        """What arrives of ``inputs``, shape (members, inputs), in the tick from ``at_s`` on [s]."""
         due = self.what[:, W.kind] == INPUT
         if not due.any():
             return inputs
@@ -129,7 +129,7 @@ class Moves:
         grown = np.clip(since, 0.0, how[:, H.grown_s])
         change = how[:, H.size] * np.where(how[:, H.grows] > 0.0, grown, 1.0)
         moved = np.clip(inputs[member, column] + change, how[:, H.least], how[:, H.most])
-        arrived[member, column] = np.where((since < 0.0) | (change == 0.0), inputs[member, column], moved)
+        arrived[member, column] = np.where((since < -SAME_S) | (change == 0.0), inputs[member, column], moved)
         return arrived
 
 
@@ -139,19 +139,19 @@ def _row(move: Move, applied_until_s: float) -> tuple[float, ...]:
 
 
 def move_all_parameters(parameters: Table, moves: Sequence[Sequence[Move]], at_s: float) -> None:
-    """Move ``parameters``, shape (members, parameters), to what they are in the second from ``at_s`` on [s]."""
+    """Move ``parameters``, shape (members, parameters), to what they are in the tick from ``at_s`` on [s]."""
     made = Moves.of(moves)
     for m, own in enumerate(parameters):
         move_parameters(own, made.what, made.how, int(made.begin[m]), int(made.begin[m + 1]), at_s)
 
 
-def moved_inputs(inputs: Table, moves: Sequence[Sequence[Move]], start_s: float) -> tuple[Cube, Indices]:
-    """Schedules of inputs, shape (schedules, seconds, inputs), and which each member follows, shape (members,).
+def moved_inputs(inputs: Table, moves: Sequence[Sequence[Move]], start_s: float, tick_s: float) -> tuple[Cube, Indices]:
+    """Schedules of inputs, shape (schedules, ticks, inputs), and which each member follows, shape (members,).
 
-    ``inputs``: what was commanded, shape (seconds, inputs), in the seconds from ``start_s`` on [s]; ``moves``: those of
-    each member.
+    ``inputs``: what was commanded, shape (ticks, inputs), in the ticks of ``tick_s`` from ``start_s`` on [s];
+    ``moves``: those of each member.
     """
-    at_s, schedules, follows = start_s + np.arange(len(inputs)), [inputs], np.zeros(len(moves), dtype=np.int64)
+    at_s, schedules, follows = start_s + tick_s * np.arange(len(inputs)), [inputs], np.zeros(len(moves), dtype=np.int64)
     for member, own in enumerate(moves):
         mine = [move for move in own if move.kind is MoveKind.INPUT]
         if mine:
@@ -160,5 +160,5 @@ def moved_inputs(inputs: Table, moves: Sequence[Sequence[Move]], start_s: float)
         for move in mine:
             since = at_s - move.onset_s
             moved = np.clip(inputs[:, move.column] + move.change(since), move.least, move.most)
-            schedules[-1][:, move.column] = np.where(since >= 0.0, moved, inputs[:, move.column])
+            schedules[-1][:, move.column] = np.where(since >= -SAME_S, moved, inputs[:, move.column])
     return np.stack(schedules), follows

@@ -1,4 +1,4 @@
-"""What moves do in one second of one member: blocks that go round a kernel (compiled).
+"""What moves do in one tick of one member: blocks that go round a kernel (compiled).
 
 The rows of a member lie together; see :class:`~homeostat.process.moves.Moves` for what they mean.
 """
@@ -11,6 +11,8 @@ from homeostat.process.compiled import compiled
 from homeostat.process.types import Cube, IndexTable, Indices, Table, Vec
 
 PARAMETER, STATE, READING, FROZEN, INPUT = 0, 1, 2, 3, 4
+SAME_S = 1e-9
+"""Times that differ by no more are the same: a sum of ticks is rounded [s]."""
 
 
 class W(IntEnum):
@@ -40,32 +42,32 @@ class H(IntEnum):
 def change(how: Vec, at_s: float) -> float:
     """By how much the row ``how`` moves its column at ``at_s`` [s]."""
     since = at_s - how[H.onset_s]
-    if since < 0.0:
+    if since < -SAME_S:
         return 0.0
-    return float(how[H.size] * min(since, how[H.grown_s]) if how[H.grows] > 0.0 else how[H.size])
+    return float(how[H.size] * min(max(since, 0.0), how[H.grown_s]) if how[H.grows] > 0.0 else how[H.size])
 
 
 @compiled
-def quiet_until(what: IndexTable, how: Table, first: int, last: int, at_s: float) -> float:
-    """Whole seconds from ``at_s`` up to which rows ``first`` to ``last`` - 1 do nothing, as a process time [s].
+def quiet_ticks(what: IndexTable, how: Table, first: int, last: int, at_s: float, tick: float) -> float:
+    """Whole ticks from ``at_s`` [s] on in which rows ``first`` to ``last`` - 1 do nothing.
 
     Infinite for ever. A parameter that differs, and does not go on to differ more, is moved once; everything else
-    every second; inputs are moved by who commands them.
+    every tick of ``tick`` [s]; inputs are moved by who commands them.
     """
     begins = math.inf
     for i in range(first, last):
         kind, onset_s = what[i, W.kind], how[i, H.onset_s]
         if kind == PARAMETER and how[i, H.grows] <= 0.0:
-            if onset_s > at_s:
+            if onset_s > at_s + SAME_S:
                 begins = min(begins, onset_s)
         elif kind != INPUT:
-            begins = min(begins, onset_s - 1.0)
-    return at_s + math.ceil(max(begins - at_s, 0.0)) if begins < math.inf else math.inf
+            begins = min(begins, onset_s - tick)
+    return math.ceil(max(begins - at_s, 0.0) / tick - SAME_S) if begins < math.inf else math.inf
 
 
 @compiled
 def move_parameters(p: Vec, what: IndexTable, how: Table, first: int, last: int, at_s: float) -> None:
-    """Move ``p`` to what it is in the second from ``at_s`` on [s]."""
+    """Move ``p`` to what it is in the tick from ``at_s`` on [s]."""
     for i in range(first, last):
         if what[i, W.kind] == PARAMETER:
             now = change(how[i], at_s)
@@ -77,17 +79,17 @@ def move_parameters(p: Vec, what: IndexTable, how: Table, first: int, last: int,
 
 
 @compiled
-def move_states(x: Vec, what: IndexTable, how: Table, first: int, last: int, at_s: float) -> None:
-    """Move the states ``x`` at ``at_s`` [s], the end of a second; stuck readings show what they showed at first."""
+def move_states(x: Vec, what: IndexTable, how: Table, first: int, last: int, at_s: float, tick: float) -> None:
+    """Move the states ``x`` at ``at_s`` [s], the end of a tick [s]; stuck readings show what they showed at first."""
     for kind in (STATE, READING):
         for i in range(first, last):
             if what[i, W.kind] == kind:
-                x[what[i, W.column]] += change(how[i], at_s)
+                x[what[i, W.column]] += change(how[i], at_s) * (tick if kind == STATE else 1.0)
         for i in range(first, last):
             if what[i, W.kind] == kind and x[what[i, W.column]] < how[i, H.least]:
                 x[what[i, W.column]] = how[i, H.least]
     for i in range(first, last):
-        if what[i, W.kind] == FROZEN and how[i, H.onset_s] <= at_s:
+        if what[i, W.kind] == FROZEN and how[i, H.onset_s] <= at_s + SAME_S:
             if math.isnan(how[i, H.frozen]):
                 how[i, H.frozen] = x[what[i, W.column]]
             x[what[i, W.column]] = how[i, H.frozen]
@@ -97,7 +99,7 @@ def move_states(x: Vec, what: IndexTable, how: Table, first: int, last: int, at_
 def is_shown(what: IndexTable, how: Table, i: int, column: int, at_s: float) -> bool:
     """Whether row ``i`` changes what a record of ``column`` shows at ``at_s`` [s]."""
     kind = what[i, W.kind]
-    moved = kind == READING or (kind == FROZEN and how[i, H.onset_s] <= at_s)
+    moved = kind == READING or (kind == FROZEN and how[i, H.onset_s] <= at_s + SAME_S)
     return bool(moved and what[i, W.column] == column)
 
 
@@ -105,21 +107,21 @@ def with_moves(advance: Callable[..., None]) -> Callable[..., None]:
     """``advance``, stopped wherever something of a member is moved beside its equations; ``begin`` is written."""
 
     def advance_moved(
-        first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
-        begin: Indices, steps: int, stride: int, seeds: Indices, process: Vec, sensor: Vec, picks: Indices, out: Cube,
-        broken_at: Vec, moves_of: Indices, what: IndexTable, how: Table, work: Vec,
+        tick: float, first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices,
+        t0: float, begin: Indices, steps: int, stride: int, seeds: Indices, process: Vec, sensor: Vec, picks: Indices,
+        out: Cube, broken_at: Vec, moves_of: Indices, what: IndexTable, how: Table, work: Vec,
     ) -> None:  # fmt: skip
         for m in range(first, last):
             one, end, quiet = moves_of[m], moves_of[m + 1], math.inf
             while True:
                 k, until = begin[m], steps
                 if one < end and k < steps:
-                    move_parameters(p[m], what, how, one, end, t0 + k)
-                    quiet = quiet_until(what, how, one, end, t0 + k)
-                    if quiet <= t0 + k + 1.0:
+                    move_parameters(p[m], what, how, one, end, t0 + k * tick)
+                    quiet = k + quiet_ticks(what, how, one, end, t0 + k * tick, tick)
+                    if quiet <= k + 1:
                         until = k + 1
-                    elif quiet < t0 + steps:
-                        until = int(quiet - t0)
+                    elif quiet < steps:
+                        until = int(quiet)
                 advance(
                     m, m + 1, x, p, sev, onset, u, u_of, t0, begin, until, stride, seeds, process, sensor, picks, out,
                     broken_at, work,
@@ -127,12 +129,12 @@ def with_moves(advance: Callable[..., None]) -> Callable[..., None]:
                 if one == end or k >= steps or not math.isnan(broken_at[m]):
                     break
                 begin[m] = until
-                if quiet <= t0 + k + 1.0:
-                    move_states(x[m], what, how, one, end, t0 + until)
+                if quiet <= k + 1:
+                    move_states(x[m], what, how, one, end, t0 + until * tick, tick)
                     if until % stride == 0:
                         for i in range(one, end):
                             for j in range(picks.shape[0]):
-                                if is_shown(what, how, i, picks[j], t0 + until):
+                                if is_shown(what, how, i, picks[j], t0 + until * tick):
                                     out[m, until // stride - 1, j] = x[m, picks[j]]
                 if until >= steps:
                     break

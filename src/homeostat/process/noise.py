@@ -1,4 +1,4 @@
-"""Counter-based noise: the value depends on (seed, second, channel) alone, never on the order of drawing.
+"""Counter-based noise: the value depends on (seed, tick, channel) alone, never on the order of drawing.
 
 So a snapshot of a running plant needs no generator state, members can run on any thread, and two rollouts
 with the same seed see the same disturbances (common random numbers).
@@ -12,11 +12,11 @@ from homeostat.process.compiled import compiled
 
 
 @compiled
-def uniform(seed: int, second: int, channel: int) -> float:
-    """A number in (0, 1) from the SplitMix64 mix of seed, second and channel (Steele, Lea, Flood 2014)."""
+def uniform(seed: int, tick: int, channel: int) -> float:
+    """A number in (0, 1) from the SplitMix64 mix of seed, tick and channel (Steele, Lea, Flood 2014)."""
     # Channels come in pages of 64, each with a seed of its own, so that there may be any number of them.
     page = np.uint64(0xD1B54A32D192ED03) * np.uint64(channel >> 6)
-    z = np.uint64(seed) + page + np.uint64(0x9E3779B97F4A7C15) * np.uint64(second * 64 + (channel & 63) + 1)
+    z = np.uint64(seed) + page + np.uint64(0x9E3779B97F4A7C15) * np.uint64(tick * 64 + (channel & 63) + 1)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     z = z ^ (z >> np.uint64(31))
@@ -25,9 +25,9 @@ def uniform(seed: int, second: int, channel: int) -> float:
 
 
 @compiled
-def normal(seed: int, second: int, channel: int) -> float:
+def normal(seed: int, tick: int, channel: int) -> float:
     """A standard normal number by inversion."""
-    return quantile(uniform(seed, second, channel))
+    return quantile(uniform(seed, tick, channel))
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""From commands to the inputs of every second: ramps, as the basic control system executes them."""
+"""From commands to the inputs of every tick: ramps, as the basic control system executes them."""
 
 import math
 from collections.abc import Mapping
@@ -10,22 +10,22 @@ from homeostat.process.types import Table, Vec
 
 
 class InputRamp:
-    """Inputs that move towards their targets at limited rates, one row per second.
+    """Inputs that move towards their targets at limited rates, one row per tick.
 
-    The inputs k seconds after a command are start + min(k rate, distance), computed from k each time: no rounding
+    The inputs t seconds after a command are start + min(t rate, distance), computed from t each time: no rounding
     adds up, targets are met exactly, and a schedule made in advance has the bits of the inputs that follow.
     """
 
-    def __init__(self, inputs: tuple[str, ...], current: Vec) -> None:
-        """Start at ``current`` (shape (inputs,)) with nothing to do."""
-        self._inputs = inputs
+    def __init__(self, inputs: tuple[str, ...], current: Vec, tick_s: float = 1.0) -> None:
+        """Start at ``current`` (shape (inputs,)) with nothing to do; ``tick_s``: time between two rows [s]."""
+        self._inputs, self._tick_s = inputs, tick_s
         self._start = current.copy()
         self._target = current.copy()
         self._rate = np.full(len(inputs), np.inf)
-        self._seconds = 0
+        self._ticks = 0
         self._arrived = True
         self.current = current.copy()
-        """The inputs of the last second, shape (inputs,); NaN where a manual output is on automatic."""
+        """The inputs of the last tick, shape (inputs,); NaN where a manual output is on automatic."""
 
     def command(self, commands: tuple[Command, ...], variables: Mapping[str, str], start: Mapping[str, float]) -> None:
         """Take all commands or, where one cannot be taken, none.
@@ -40,7 +40,7 @@ class InputRamp:
         """
         columns = [self._column(c, variables, start) for c in commands]
         self._start = self.current.copy()
-        self._seconds, self._arrived = 0, False
+        self._ticks, self._arrived = 0, False
         for c, i in zip(commands, columns, strict=True):
             if c.value is None:
                 self._start[i] = self._target[i] = math.nan
@@ -57,20 +57,20 @@ class InputRamp:
         return self._target.copy()
 
     def advance(self) -> Vec:
-        """The inputs of the next second, shape (inputs,); the caller may keep the array, and must not change it."""
+        """The inputs of the next tick, shape (inputs,); the caller may keep the array, and must not change it."""
         if not self._arrived:
-            self._seconds += 1
-            self.current = self._after(np.array([self._seconds]))[0]
+            self._ticks += 1
+            self.current = self._after(np.array([self._ticks]))[0]
             self._arrived = np.array_equal(self.current, self._target, equal_nan=True)
         return self.current
 
     def schedule(self, steps: int) -> Table:
-        """The inputs of the next ``steps`` seconds without advancing, shape (steps, inputs)."""
-        return self._after(self._seconds + np.arange(1, steps + 1))
+        """The inputs of the next ``steps`` ticks without advancing, shape (steps, inputs)."""
+        return self._after(self._ticks + np.arange(1, steps + 1))
 
-    def _after(self, seconds: np.ndarray) -> Table:
-        """The inputs ``seconds`` after the last command, shape (seconds, inputs)."""
-        reach = self._rate * seconds[:, None]
+    def _after(self, ticks: np.ndarray) -> Table:
+        """The inputs ``ticks`` after the last command, shape (ticks, inputs)."""
+        reach = self._rate * (self._tick_s * ticks[:, None])
         distance = self._target - self._start
         return np.where(np.abs(distance) <= reach, self._target, self._start + np.copysign(reach, distance))
 

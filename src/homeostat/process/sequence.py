@@ -1,8 +1,8 @@
 """Sequences: members that carry out commands step by step, each at its own pace, as its instruments tell.
 
 A schedule is known in advance; a sequence is not: when a step ends depends on what the member's instruments show. So
-the engine advances all members by one second, looks at their readings, and lets those go on whose guard holds: exactly
-what the sequencer does with the plant, once per second.
+the engine advances all members by one tick, looks at their readings, and lets those go on whose guard holds: exactly
+what the sequencer does with the plant, once per tick.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.process.batch import Batch, BatchRun
+from homeostat.process.batch import Batch, BatchRun, tick_of
 from homeostat.process.model import ProcessModel
 from homeostat.process.moves import Moves
 from homeostat.process.types import Cube, Indices, Table, Vec
@@ -40,16 +40,16 @@ class SequenceResult:
     """What came of it."""
 
     record: Cube
-    """Every state, shape (members, seconds, states); the first row is a second after the start."""
+    """Every state, shape (members, ticks, states); the first row is a tick after the start."""
     inputs: Cube
-    """Inputs of the same seconds, shape (members, seconds, inputs)."""
+    """Inputs of the same ticks, shape (members, ticks, inputs)."""
     step: NDArray[np.int64]
-    """Step that each member was in during each second, shape (members, seconds)."""
+    """Step that each member was in during each tick, shape (members, ticks)."""
     reached: NDArray[np.int64]
     """Step that each member has reached at the end, shape (members,)."""
 
     def taken(self, number: int) -> Vec:
-        """Seconds from the start after which each member took step ``number``; infinite where it did not."""
+        """Ticks from the start after which each member took step ``number``; infinite where it did not."""
         before = (self.step < number).sum(axis=1, dtype=np.float64)
         return np.where(self.reached >= number, before, np.inf)
 
@@ -57,24 +57,25 @@ class SequenceResult:
 def run_sequences(
     model: ProcessModel, batch: Batch, sequences: Sequence[InputSequence], present: Vec
 ) -> SequenceResult:
-    """Advance ``batch`` by its seconds; its members follow ``sequences``, chosen by ``input_of``.
+    """Advance ``batch`` by its ticks; its members follow ``sequences``, chosen by ``input_of``.
 
     They begin with inputs ``present``; ``batch.inputs`` is not looked at.
 
     Raises ProcessError as :func:`~homeostat.process.batch.simulate` does.
     """
-    members, seconds = len(batch.state), batch.steps
-    followed = np.empty((members, seconds), dtype=np.int64)
+    members, ticks = len(batch.state), batch.steps
+    followed = np.empty((members, ticks), dtype=np.int64)
     walk = Walk(model, sequences, batch.input_of, present, batch.state)
-    inputs, every = np.zeros((members, seconds, len(model.inputs))), tuple(range(len(model.states)))
+    inputs, every = np.zeros((members, ticks, len(model.inputs))), tuple(range(len(model.states)))
     commanded = np.zeros_like(inputs)
     moves = batch.moves or Moves.none(members)
     own = replace(batch, stride=1, input_of=np.arange(members), inputs=inputs, record=every)
     run = BatchRun(model.kernel, own, model.states.__getitem__)
-    for k in range(seconds):
+    tick_s = tick_of(model.kernel)
+    for k in range(ticks):
         followed[:, k] = walk.step
         commanded[:, k] = walk.advance()
-        run.inputs[:, k] = moves.arriving(commanded[:, k], batch.start_s + k)
+        run.inputs[:, k] = moves.arriving(commanded[:, k], batch.start_s + k * tick_s)
         run.advance(k + 1)
         walk.look(run.state)
     return SequenceResult(run.record, commanded, followed, walk.step)
@@ -100,8 +101,9 @@ class Walk:
         self._enter(np.ones(len(sequence_of), dtype=bool), state)
 
     def advance(self) -> Table:
-        """Inputs of the next second, shape (members, inputs)."""
-        self._now = self._now + np.clip(self._target - self._now, -self._rate, self._rate)
+        """Inputs of the next tick, shape (members, inputs)."""
+        most = self._rate * tick_of(self._model.kernel)
+        self._now = self._now + np.clip(self._target - self._now, -most, most)
         return self._now
 
     def look(self, state: Table) -> None:

@@ -1,7 +1,8 @@
 """Bounds of a recovery: how long it may take, and how eagerly a plant is improved that may also be left alone."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +25,19 @@ class Budget:
     """Longest wait for the guard to write a request and to read it back [s]."""
     person_s: float = 600.0
     """Longest wait for a person's yes, where one is needed [s]."""
+
+    def for_ticks(self, tick_s: float) -> Self:
+        """The same for a plant that is sampled every ``tick_s`` [s].
+
+        What the guard does takes ticks; how long somebody thinks has nothing to do with the plant.
+        """
+        factor = max(tick_s, 1.0)
+        return replace(
+            self,
+            reserve_s=self.reserve_s * tick_s,
+            answer_s=self.answer_s * factor,
+            person_s=self.person_s * factor,
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -94,7 +94,9 @@ class Judging:
         rollout = await self._agents.simulation.roll_out(situation.diagnosis, actions)
         at_once = await self._agents.simulation.roll_out(situation.diagnosis, fallback.actions)
         rules = self._rules
-        verdict = judge_no_worse(judged.attempt.verdict, rollout, at_once, rules.limits, rules.scales)
+        verdict = judge_no_worse(
+            judged.attempt.verdict, rollout, at_once, rules.limits, rules.scales, rules.timing.tick_s
+        )
         if not isinstance(verdict, Approve):
             return judged
         found = Approved(actions, path, verdict, by, judged.attempt.cost, beside=fallback.actions)
@@ -173,7 +175,7 @@ class Judging:
             latest_s = min(seconds + self._bounds.answer_s, self._left_s(situation))
         ended = Interruption(latest_s, fallback)
         later = await self._agents.simulation.roll_out(situation.diagnosis, rest, ended)
-        verdict = judge_postponed(rest, later, fallback, at_once, self._rules.limits)
+        verdict = judge_postponed(rest, later, fallback, at_once, self._rules.limits, self._rules.timing.tick_s)
         cost = self._priced(later, (situation.state, *rest.states), seconds, fallback.states, releases=1)
         attempt = Attempt(number, None, rest, verdict, len(later.weights), cost, kind=KINDS.WAIT, seconds=seconds)
         if not isinstance(verdict, Approve) or cost is None:
@@ -201,7 +203,7 @@ class Judging:
         self, situation: Situation, first: Part, ended: Interruption, then: Follow
     ) -> tuple[Rollout, Verdict]:
         rollout = await self._agents.simulation.roll_out(situation.diagnosis, first.actions, ended)
-        length = rollout.trajectory.length if rollout.weights else math.inf
+        length = rollout.trajectory.length * rollout.trajectory.dt_s if rollout.weights else math.inf
         if ended.after_s >= length:
             text = f"{ended.after_s:g} s are longer than the twin looks ahead, {length:g} s; name a shorter time"
             return rollout, Revise((refusal(WAIT, text, Owner.PLANNING),))

@@ -18,7 +18,7 @@ from homeostat.recovery.plant_rules import PlantRules
 from homeostat.recovery.scene import Scene
 
 OFFERED_S = (60.0, 180.0, 300.0)
-"""Waits that are tried, the shortest first [s]."""
+"""Waits that are tried, the shortest first, by the reference [s]."""
 MOST = 3
 """Most refused proposals and closed ways that are waited for in one recovery."""
 PROPOSER = "search"
@@ -47,7 +47,7 @@ class Nuisances:
     async def _try(
         self, alternatives: Alternatives, situation: Situation, follow: Follow, nuisance: tuple[str, ...]
     ) -> None:
-        for seconds in OFFERED_S:
+        for seconds in self._rules.timing.times_s(OFFERED_S):
             judged = await self._judging.wait(PROPOSER, 1, situation, seconds, follow, nuisance)
             if judged.found is not None:
                 self._scene.record(Attempted.of(PROPOSER, judged.attempt))

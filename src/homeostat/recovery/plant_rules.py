@@ -7,6 +7,7 @@ from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.prices import Prices
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.plant.tag import Tag
+from homeostat.domain.plant.timing import REFERENCE, Timing
 from homeostat.domain.recovery import FallbackStrategy
 from homeostat.recovery.bounds import Budget, InterventionBounds
 
@@ -29,6 +30,8 @@ class PlantRules:
     """Tag name -> tag, for what may be commanded how fast."""
     passing: frozenset[str] = frozenset()
     """Fault modes that no table lists: nobody has said that they last, and they may swing or end as they like."""
+    timing: Timing = REFERENCE
+    """How fast the plant is."""
 
 
 @dataclass(frozen=True, slots=True)

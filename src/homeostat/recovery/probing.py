@@ -32,8 +32,8 @@ TRIED = 3
 """Most probes that are validated in one look, and most that are offered to proposers."""
 LEAST = 0.02
 """Production that a probe is expected to win at least, beyond what it costs, where nobody else proposes it [1]."""
-WRITING_S = 2.0
-"""What it may take until a test move is written and read back [s]."""
+WRITING = 2.0
+"""Ticks that it may take until a test move is written and read back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +124,7 @@ class Probes:
 
     async def _first_admitted(self, probing: Probing, situation: Situation, probes: Sequence[Probe]) -> Admitted | None:
         """The first of ``probes`` that some fallback ends safely under every plausible explanation."""
-        after_s = self._bounds.probe_s + self._bounds.answer_s + WRITING_S
+        after_s = self._bounds.probe_s + self._bounds.answer_s + WRITING * self._rules.timing.tick_s
         for probe in probes:
             for retreat in self._rules.fallbacks:
                 ended = Interruption(after_s, retreat.actions)

@@ -31,7 +31,10 @@ class Proposals:
         """``judging`` says what may be done, ``taking`` does it."""
         self._scene, self._agents, self._machine = scene, agents, rules.machine
         self._judging, self._taking = judging, taking
-        self._nuisances, self._postponing = Nuisances(scene, agents, rules, judging), Postponing(scene, judging)
+        self._nuisances, self._postponing = (
+            Nuisances(scene, agents, rules, judging),
+            Postponing(scene, judging, rules.timing),
+        )
         self._beside = BesideFallback(scene, judging)
         self._improvements, self._last_s = bounds.intervention.improvements, bounds.budget.last_s
         self._every_step, self._passing = bounds.every_step, set(rules.passing)

@@ -88,7 +88,9 @@ class ReleaseCheck:
             verdict = judge(found.actions, rollout, self._limits, target, self._tags, found.path)
             if found.beside is not None:
                 fallback = twin.roll_out(found.beside, hypotheses)
-                verdict = judge_no_worse(verdict, rollout, fallback, self._limits, self._scales)
+                verdict = judge_no_worse(
+                    verdict, rollout, fallback, self._limits, self._scales, self._twin.timing.tick_s
+                )
         else:  # what is released for a while is judged until it is over for sure
             verdict = judge_passing(found.actions, rollout, self._limits, self._tags, found.path)
         if isinstance(verdict, Approve):
@@ -139,7 +141,7 @@ class ReleaseCheck:
         if not outside.any():
             return outside
         fallback = twin.roll_out(found.beside, hypotheses, members=members)
-        return outside & worse(rollout, fallback, self._limits, self._scales)
+        return outside & worse(rollout, fallback, self._limits, self._scales, self._twin.timing.tick_s)
 
     def _request(self, found: Approved, diagnosis: Diagnosis, checked_s: float) -> Request:
         self._count += 1

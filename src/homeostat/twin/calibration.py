@@ -16,8 +16,8 @@ from homeostat.twin.carried import Carried
 from homeostat.twin.history import Window
 from homeostat.twin.replay import replay
 
-BLOCK_S = 60
-"""Readings are compared as means over blocks of this length [s]."""
+BLOCK = 60
+"""Readings are compared as means over blocks of so many."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,15 +78,15 @@ def calibrate(
         offsets[1 + count + k, column(model.states, state)] = sd
     sets = np.vstack([posterior.mean, posterior.mean + posterior.root.T, np.tile(posterior.mean, (len(initial), 1))])
     run = replay(model, window, sets, present.repeated(len(sets)), variables, offsets)
-    blocks = (window.length - 1) // BLOCK_S
-    rows = blocks * BLOCK_S
+    blocks = (window.length - 1) // BLOCK
+    rows = blocks * BLOCK
 
     def in_blocks(values: Table) -> Table:
-        return np.asarray(values[:, :rows].reshape(values.shape[0], blocks, BLOCK_S).mean(axis=2))
+        return np.asarray(values[:, :rows].reshape(values.shape[0], blocks, BLOCK).mean(axis=2))
 
     predicted = np.concatenate([in_blocks(run.predicted[:, :, j]) for j in range(len(variables))], axis=1)
     seen = np.concatenate([in_blocks(window.readings[v][None, 1:])[0] for v in variables])
-    spread = np.concatenate([np.full(blocks, np.hypot(n / np.sqrt(BLOCK_S), e)) for n, e in errors.values()])
+    spread = np.concatenate([np.full(blocks, np.hypot(n / np.sqrt(BLOCK), e)) for n, e in errors.values()])
     response = (predicted[1:] - predicted[0]).T / spread[:, None]
     surprise = (seen - predicted[0]) / spread
     # Posterior of the standard-normal coefficients z: precision I + H'H.

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.domain.diagnosis import Hypothesis
-from homeostat.process.batch import Batch, simulate
+from homeostat.process.batch import Batch, simulate, tick_of
 from homeostat.process.model import ProcessModel
 from homeostat.process.moves import Move, MoveKind, Moves, move_all_parameters, moved_inputs
 from homeostat.process.sequence import Guard, InputSequence, run_sequences
@@ -78,7 +78,7 @@ def synchronise(
     run = replay(model, window, parameters, carried, variables)
     states = run.state
     newest_onset = max((f.onset_s for h in hypotheses for f in h.faults), default=window.start_s)
-    rows = int(np.clip(window.end_s - newest_onset - 1, 3, LATEST))
+    rows = int(np.clip((window.end_s - newest_onset) / tick_of(model.kernel) - 1, 3, LATEST))
     residuals = {
         v: np.mean(window.readings[v][-rows:] - run.predicted[:, -rows:, j], axis=1) for j, v in enumerate(variables)
     }
@@ -123,19 +123,19 @@ def forecast(
     """
     count, steps = schedules.shape[0], schedules.shape[1]
     batch = copies(model, ensemble, count, steps, stride, sensor_noise)
-    inputs, follows = _arriving(schedules, ensemble)
+    inputs, follows = _arriving(schedules, ensemble, tick_of(model.kernel))
     batch = replace(batch, inputs=inputs, input_of=follows)
     result = simulate(model.kernel, batch, lambda i: model.states[i])
     sampled = np.repeat(schedules[:, stride - 1 :: stride][:, : result.record.shape[1]], len(ensemble.states), axis=0)
-    return Forecast(model.truth(result.record, sampled), float(stride))
+    return Forecast(model.truth(result.record, sampled), stride * tick_of(model.kernel))
 
 
-def after(seconds: int) -> Guard:
-    """A guard of a first step that holds from so many seconds on, whatever is read; for one run of one sequence."""
+def after(ticks: int) -> Guard:
+    """A guard of a first step that holds from so many ticks on, whatever is read; for one run of one sequence."""
     looks = itertools.count(1)
 
     def holds(shown: Mapping[str, Vec]) -> NDArray[np.bool_]:
-        return np.full(len(next(iter(shown.values()))), next(looks) >= seconds)
+        return np.full(len(next(iter(shown.values()))), next(looks) >= ticks)
 
     return holds
 
@@ -143,7 +143,7 @@ def after(seconds: int) -> Guard:
 def follow(
     model: ProcessModel, ensemble: Ensemble, sequences: Sequence[InputSequence], present: Vec, steps: int
 ) -> Forecast:
-    """Let every member of ``ensemble`` carry out every sequence from inputs ``present`` on, for ``steps`` seconds.
+    """Let every member of ``ensemble`` carry out every sequence from inputs ``present`` on, for ``steps`` ticks.
 
     With sensor noise, because what the instruments show decides when a step ends.
     """
@@ -152,18 +152,18 @@ def follow(
     waited_for = np.repeat([len(s.guards) for s in sequences], len(ensemble.states))
     left = tuple((waited_for - result.reached).tolist())
     most = max(len(s.guards) for s in sequences)
-    taken = np.stack([ensemble.start_s + result.taken(k + 1) for k in range(most)], axis=1)
-    return Forecast(model.truth(result.record, result.inputs), 1.0, left, taken)
+    taken = np.stack([ensemble.start_s + tick_of(model.kernel) * result.taken(k + 1) for k in range(most)], axis=1)
+    return Forecast(model.truth(result.record, result.inputs), tick_of(model.kernel), left, taken)
 
 
-def _arriving(schedules: Cube, ensemble: Ensemble) -> tuple[Cube, Indices]:
+def _arriving(schedules: Cube, ensemble: Ensemble, tick_s: float) -> tuple[Cube, Indices]:
     """What arrives of ``schedules``, as inputs of a batch, and which of them each of its members follows.
 
     Actuators need not stand as they are commanded; what is on automatic is left to its controller.
     """
     inputs, follows, before = [], [], 0
     for schedule in schedules:
-        mine, which = moved_inputs(schedule, ensemble.carried.moves, ensemble.start_s)
+        mine, which = moved_inputs(schedule, ensemble.carried.moves, ensemble.start_s, tick_s)
         inputs.append(mine)
         follows.append(before + which)
         before += len(mine)

@@ -17,7 +17,7 @@ from homeostat.process.types import Flags, Table, Vec
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """Readings of consecutive seconds."""
+    """Readings of consecutive ticks."""
 
     start_s: float
     """Process time of the first reading [s]."""
@@ -31,6 +31,8 @@ class Window:
     """Variable -> where its reading was unknown and the last one stands for it, shape (n,)."""
     frozen_s: Mapping[str, float] = field(default_factory=dict)
     """Variable -> process time from which its instrument repeats itself, at the end of the window [s]."""
+    tick_s: float = 1.0
+    """Process time between two readings [s]."""
 
     @property
     def length(self) -> int:
@@ -40,7 +42,15 @@ class Window:
     @property
     def end_s(self) -> float:
         """Process time of the last reading [s]."""
-        return self.start_s + self.length - 1
+        return self.at_s(self.length - 1)
+
+    def at_s(self, row: float) -> float:
+        """Process time of a row [s]."""
+        return self.start_s + row * self.tick_s
+
+    def row(self, at_s: float) -> int:
+        """The row nearest to a process time [s]; it need not be in the window."""
+        return round((at_s - self.start_s) / self.tick_s)
 
     def mean(self, first: int, last: int) -> dict[str, float]:
         """Mean reading of each variable over rows ``first`` to ``last`` - 1; manual outputs keep their last value."""
@@ -53,7 +63,7 @@ class Window:
 
 @dataclass(frozen=True, slots=True)
 class _Row:
-    """Readings of one second."""
+    """Readings of one tick."""
 
     at_s: float
     values: Vec
@@ -63,12 +73,21 @@ class _Row:
 
 
 class History:
-    """The last ``capacity`` seconds of readings; where one is unknown, the last one that was known stands for it."""
+    """The last ``capacity`` readings; where one is unknown, the last one that was known stands for it."""
 
     def __init__(
-        self, variables: Mapping[str, str], inputs: tuple[str, ...], settle_rows: int = 20, capacity: int = 3600
+        self,
+        variables: Mapping[str, str],
+        inputs: tuple[str, ...],
+        settle_rows: int = 20,
+        capacity: int = 3600,
+        tick_s: float = 1.0,
     ) -> None:
-        """``variables``: tag -> variable; ``inputs``: names of the process model's input columns."""
+        """``variables``: tag -> variable; ``inputs``: names of the process model's input columns.
+
+        ``tick_s``: process time between two readings [s].
+        """
+        self._tick_s = tick_s
         self._settle_rows = settle_rows
         self._variables = dict(variables)
         self._may_be_nan = np.array([v in inputs for v in variables.values()])  # an input on automatic
@@ -79,7 +98,7 @@ class History:
         self._frozen_s: dict[str, float] = {}
 
     def append(self, snapshot: Snapshot) -> None:
-        """Take one more snapshot; one that is no newer is ignored, and seconds without one are filled."""
+        """Take one more snapshot; one that is no newer is ignored, and ticks without one are filled."""
         if not self._rows:
             self._add(snapshot)
             return
@@ -87,8 +106,8 @@ class History:
         if snapshot.at_s <= last.at_s:
             return
         every = np.ones(len(self._variables), dtype=bool)
-        for k in range(1, min(round(snapshot.at_s - last.at_s), self._rows.maxlen or 1)):
-            self._rows.append(_Row(last.at_s + k, last.values, every))
+        for k in range(1, min(round((snapshot.at_s - last.at_s) / self._tick_s), self._rows.maxlen or 1)):
+            self._rows.append(_Row(last.at_s + k * self._tick_s, last.values, every))
         self._add(snapshot)
 
     def _add(self, snapshot: Snapshot) -> None:
@@ -120,15 +139,15 @@ class History:
         """Everything that is held."""
         return self.window(len(self._rows))
 
-    def window(self, seconds: int) -> Window:
-        """The last ``seconds`` readings, shorter where history is; worked out once per snapshot."""
-        found = self._windows.get(seconds)
-        if found is None or found.end_s != self._rows[-1].at_s:
-            found = self._windows[seconds] = self._read(seconds)
+    def window(self, rows: int) -> Window:
+        """The last ``rows`` readings, shorter where history is; worked out once per snapshot."""
+        found = self._windows.get(rows)
+        if found is None:
+            found = self._windows[rows] = self._read(rows)
         return found
 
-    def _read(self, seconds: int) -> Window:
-        rows = list(islice(reversed(self._rows), seconds))[::-1]
+    def _read(self, last: int) -> Window:
+        rows = list(islice(reversed(self._rows), last))[::-1]
         if not rows:
             raise ValueError("the twin has no snapshot yet; observe the plant before asking")
         table = np.array([r.values for r in rows]).T.copy()
@@ -143,4 +162,4 @@ class History:
             held = {v: f for v, f in zip(self._variables.values(), flags, strict=True) if f.any()}
         readings = dict(zip(self._variables.values(), table, strict=True))
         frozen_s = {v: max(since_s, rows[0].at_s) for v, since_s in self._frozen_s.items()}
-        return Window(rows[0].at_s, readings, inputs, self._settle_rows, held, frozen_s)
+        return Window(rows[0].at_s, readings, inputs, self._settle_rows, held, frozen_s, self._tick_s)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from homeostat.process.batch import Batch, BatchResult, simulate
+from homeostat.process.batch import Batch, BatchResult, simulate, tick_of
 from homeostat.process.model import ProcessModel
 from homeostat.process.moves import Moves, moved_inputs
 from homeostat.process.types import Cube, Table
@@ -18,7 +18,7 @@ class Replay:
     """What the model says the instruments should have shown."""
 
     predicted: Cube
-    """Noise-free readings, shape (members, times, variables), for every second of the window but the first."""
+    """Noise-free readings, shape (members, times, variables), for every tick of the window but the first."""
     state: Table
     """States at the end of the window, shape (members, states)."""
 
@@ -54,7 +54,7 @@ def starting_states(
     first = window.mean(0, min(window.settle_rows, window.length))
     states = np.tile(model.estimate(first | _manual(window)), (len(parameters), 1))
     commanded = model.replay_inputs(window.readings, window.inputs)[:1]
-    arrived, follows = moved_inputs(commanded, carried.moves, window.start_s)
+    arrived, follows = moved_inputs(commanded, carried.moves, window.start_s, tick_of(model.kernel))
     model.settle(states, arrived[follows, 0], parameters, carried.severity, carried.onset_s, window.start_s)
     shown = _run(model, window, states, parameters, carried, variables, 1).record
     model.correct(states, {v: first[v] - shown[:, 0, j] for j, v in enumerate(variables)})
@@ -68,7 +68,7 @@ def open_loop(model: ProcessModel, window: Window, states: Table, parameters: Ta
     """
     members = len(states)
     commanded = model.replay_inputs(window.readings, window.inputs)[1:]
-    inputs, follows = moved_inputs(commanded, carried.moves, window.start_s)
+    inputs, follows = moved_inputs(commanded, carried.moves, window.start_s, tick_of(model.kernel))
     return Batch(
         state=states,
         parameters=parameters,

@@ -1,6 +1,6 @@
 """Separation: how far readings that are still to come would tell hypotheses apart, before anything is moved.
 
-Each hypothesis is one member that agrees with the present. What two of them already say differently of the next second
+Each hypothesis is one member that agrees with the present. What two of them already say differently of the next tick
 is what constant errors of instruments and model explain; only how that changes counts. With d_a and d_b for how far
 hypotheses a and b depart from a plant in which nothing is wrong, in standard deviations of what a reading of that
 moment may be wrong by, and b free to be larger or smaller than it was thought,
@@ -36,22 +36,22 @@ def separation(
     ensemble: Ensemble,
     sequences: Sequence[InputSequence],
     present: Vec,
-    seconds: int,
+    ticks: int,
     accuracy: Accuracy,
 ) -> tuple[Cube, Flags]:
     """Expected evidence for each hypothesis against each other one under each of K ``sequences`` [nats].
 
     ``ensemble`` has one member for each of H hypotheses and, last, one in which nothing is wrong; the first of the
     ``sequences`` is what follows anyway. All are carried out in one call of the engine, without noise. Returns nats of
-    shape (K, H, H), the true hypothesis first; and whether no member takes a later step within ``seconds`` by which
+    shape (K, H, H), the true hypothesis first; and whether no member takes a later step within ``ticks`` by which
     anything else is commanded, shape (K,).
     """
     count, members = len(sequences), len(ensemble.states)
     quiet = np.zeros(count * members)
-    batch = replace(copies(model, ensemble, count, seconds, 1, sensor_noise=False), process_noise=quiet)
+    batch = replace(copies(model, ensemble, count, ticks, 1, sensor_noise=False), process_noise=quiet)
     run = run_sequences(model, batch, sequences, present)
     shown = [model.shown[v] for v in accuracy.errors]
-    readings = run.record[:, :, shown].reshape(count, members, seconds, len(shown))
+    readings = run.record[:, :, shown].reshape(count, members, ticks, len(shown))
     moved, effect = readings - readings[0, :, :1], readings[:, :-1] - readings[:, -1:]
     noise = np.array([noise for noise, _ in accuracy.errors.values()])
     spread = np.hypot(noise, accuracy.gain * np.abs(moved[:, -1:]))

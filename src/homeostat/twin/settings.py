@@ -28,7 +28,7 @@ class Balance:
 
 @dataclass(frozen=True, slots=True)
 class TwinSettings:
-    """What a plant says about its twin."""
+    """What a plant says about its twin; its default times are for the reference (`homeostat.domain.plant.timing`)."""
 
     errors: Mapping[str, tuple[float, float]]
     """Variable -> (noise per reading, model error), standard deviations in its unit."""
@@ -51,17 +51,17 @@ class TwinSettings:
     """What may be disturbed by what nobody knows of."""
     unknown_growth: float = 0.2
     """By what share of its size a disturbance that nobody knows of may grow while a rollout lasts [1]."""
-    lead_s: int = 400
+    lead_s: float = 400
     """Stretch before the first symptom that is replayed with what follows it [s]."""
-    replay_s: int = 640
+    replay_s: float = 640
     """Longest stretch that is replayed for an explanation [s]."""
-    recent_s: int = 240
+    recent_s: float = 240
     """Stretch in which a second fault is looked for [s]."""
-    synchronise_s: int = 300
+    synchronise_s: float = 300
     """Stretch that is replayed before a forecast [s]."""
     settle_rows: int = 20
     """First readings of a replayed stretch that are averaged to find the state at its start."""
-    horizon_s: int = 900
+    horizon_s: float = 900
     """Length of a rollout [s]."""
     judged_draws: int = 12
     """Parameter draws per hypothesis in a rollout that is judged."""
@@ -69,5 +69,5 @@ class TwinSettings:
     """Parameter draws per hypothesis for a search's finalists."""
     search_draws: int = 2
     """Parameter draws per hypothesis while searching."""
-    stride: int = 5
+    stride: float = 5
     """Every how many seconds a searched rollout is sampled."""

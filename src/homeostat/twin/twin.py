@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.parameter import ModelParameter
+from homeostat.domain.plant.timing import Timing
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.verdict import Rollout, RolloutResult, StepBand
@@ -27,8 +28,8 @@ from homeostat.stl.formula import Formula
 from homeostat.twin.calibration import Posterior, calibrate, prior
 from homeostat.twin.carried import Carrier
 from homeostat.twin.forecast import Ensemble, Forecast, Past, after, follow, forecast, synchronise
-from homeostat.twin.history import History
-from homeostat.twin.isolation.ended import STRETCHES_S, Ended
+from homeostat.twin.history import History, Window
+from homeostat.twin.isolation.ended import STRETCHES, Ended
 from homeostat.twin.isolation.evidence import Accuracy
 from homeostat.twin.isolation.isolation import FaultIsolation, Question
 from homeostat.twin.separation import separation
@@ -81,8 +82,25 @@ class Twin:
         self.settings = settings
         self._seed = seed
         self._posterior: Posterior = prior(model, self._parameters)
-        self._history = History(description.variables, model.inputs, settings.settle_rows)
+        self._timing = description.timing
+        self._history = History(
+            description.variables, model.inputs, settings.settle_rows, tick_s=description.timing.tick_s
+        )
         self._drawn = _Drawn(-np.inf, self._posterior, {})
+
+    @property
+    def horizon(self) -> int:
+        """Length of a rollout, in ticks."""
+        return self._timing.ticks(self.settings.horizon_s)
+
+    @property
+    def timing(self) -> Timing:
+        """How fast the plant is."""
+        return self._timing
+
+    def _last(self, seconds: float) -> Window:
+        """The readings of the last ``seconds`` [s], one at least."""
+        return self._history.window(max(self._timing.whole_ticks(seconds), 1))
 
     def observe(self, snapshot: Snapshot) -> None:
         """Take one more snapshot of the plant."""
@@ -100,16 +118,16 @@ class Twin:
         still._history = self._history.copy()
         return still
 
-    def calibrate(self, seconds: int) -> None:
+    def calibrate(self, seconds: float) -> None:
         """Learn the parameters from the last ``seconds``, in which the plant was healthy."""
         self._posterior = self._learned(prior(self._model, self._parameters), seconds, ())
 
-    def recalibrate(self, seconds: int, faults: Sequence[FaultState]) -> None:
+    def recalibrate(self, seconds: float, faults: Sequence[FaultState]) -> None:
         """Sharpen the posterior of the parameters by the last ``seconds``, in which ``faults`` were present."""
         self._posterior = self._learned(self._posterior, seconds, tuple(faults))
 
-    def _learned(self, posterior: Posterior, seconds: int, faults: tuple[FaultState, ...]) -> Posterior:
-        window, present = self._history.window(seconds), self._carrier.carry([faults], self._history.window(1))
+    def _learned(self, posterior: Posterior, seconds: float, faults: tuple[FaultState, ...]) -> Posterior:
+        window, present = self._last(seconds), self._carrier.carry([faults], self._history.window(1))
         return calibrate(self._model, window, posterior, present, self.settings.errors, self.settings.initial)
 
     def explain(
@@ -130,9 +148,10 @@ class Twin:
         ``from_s``: what was read before is not looked at; something was wrong then that is over [s].
         """
         settings, end_s = self.settings, self._history.window(1).end_s
-        seconds = int(np.clip(end_s - min(since_s, end_s) + settings.lead_s, settings.lead_s, settings.replay_s))
-        seconds = int(min(seconds, max(end_s - from_s + 1.0, 1.0)))
-        window, recent = self._history.window(seconds), self._history.window(min(settings.recent_s, seconds))
+        tick_s = self._timing.tick_s
+        seconds = min(end_s - min(since_s, end_s) + settings.lead_s, settings.replay_s)
+        seconds = min(seconds, max(end_s - from_s + tick_s, tick_s))
+        window, recent = self._last(seconds), self._last(min(settings.recent_s, seconds))
         question = Question(candidates, tuple(known), dense, since_s, before, news)
         return self._isolation.explain(question, window, recent, self._posterior)
 
@@ -141,8 +160,8 @@ class Twin:
 
         What was read before ``from_s`` is not looked at [s].
         """
-        longest = min(self._history.length, self._history.window(1).end_s - from_s + 1.0)
-        windows = (self._history.window(seconds) for seconds in STRETCHES_S if seconds <= longest)
+        longest = min(self._history.length, (self._history.window(1).end_s - from_s) / self._timing.tick_s + 1.0)
+        windows = (self._history.window(rows) for rows in STRETCHES if rows <= longest)
         return self._isolation.ended(known, windows, self._posterior)
 
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[dict[str, float], ...]:
@@ -192,17 +211,17 @@ class Twin:
     def _synchronised(
         self, parameters: Table, hypotheses: Sequence[Hypothesis], follows: Indices, noise: np.random.Generator
     ) -> Ensemble:
-        window, corrected = self._history.window(self.settings.synchronise_s), self.settings.corrected
+        window, corrected = self._last(self.settings.synchronise_s), self.settings.corrected
         past = Past(window, self._history.whole)
         return synchronise(self._model, self._carrier, past, parameters, hypotheses, follows, corrected, noise)
 
     def schedules(self, sets: Sequence[ActionSet], steps: int) -> Cube:
-        """The inputs of the next ``steps`` seconds if each of ``sets`` were released now, (sets, steps, inputs)."""
+        """The inputs of the next ``steps`` ticks if each of ``sets`` were released now, (sets, steps, inputs)."""
         window = self._history.window(1)
         readings, found = window.at(-1), np.empty((len(sets), steps, len(self._model.inputs)))
         present = {manual: readings[command] for manual, command in self._description.automatic.items()}
         for schedule, actions in zip(found, sets, strict=True):
-            ramp = InputRamp(self._model.inputs, window.inputs[-1])
+            ramp = InputRamp(self._model.inputs, window.inputs[-1], self._timing.tick_s)
             ramp.command(actions.commands, self._description.variables, present)
             schedule[:] = ramp.schedule(steps)
         return found
@@ -213,17 +232,19 @@ class Twin:
 
     def try_many(self, ensemble: Ensemble, schedules: Cube) -> tuple[dict[str, np.ndarray], float]:
         """Tag -> true values, shape (K * members, times), of K schedules; and the sampling period [s]."""
-        result = forecast(self._model, ensemble, schedules, self.settings.stride, sensor_noise=False)
+        result = forecast(
+            self._model, ensemble, schedules, max(self._timing.ticks(self.settings.stride), 1), sensor_noise=False
+        )
         return self.tag_signals(result.values), result.dt_s
 
     def follow_many(self, ensemble: Ensemble, routes: Sequence[ActionSet]) -> tuple[dict[str, np.ndarray], float]:
         """As :meth:`try_many`, of action sets that go on step by step: shape (K * members, times)."""
         sequences = [self._sequence(a) for a in routes]
-        result = follow(self._model, ensemble, sequences, self._now(), self.settings.horizon_s)
+        result = follow(self._model, ensemble, sequences, self._now(), self.horizon)
         return self.tag_signals(result.values), result.dt_s
 
     def separation(
-        self, hypotheses: Sequence[Hypothesis], sets: Sequence[ActionSet], seconds: int
+        self, hypotheses: Sequence[Hypothesis], sets: Sequence[ActionSet], seconds: float
     ) -> tuple[Cube, Flags]:
         """Expected evidence for each hypothesis against each other one within ``seconds`` of each of ``sets`` [nats].
 
@@ -233,7 +254,7 @@ class Twin:
         ensemble = self.ensemble([*hypotheses, Hypothesis((), 0.0)], draws=1)
         accuracy = Accuracy(self.settings.errors, self.settings.gain_error)
         sequences = [self._sequence(actions) for actions in sets]
-        return separation(self._model, ensemble, sequences, self._now(), seconds, accuracy)
+        return separation(self._model, ensemble, sequences, self._now(), self._timing.ticks(seconds), accuracy)
 
     def roll_out(
         self,
@@ -254,35 +275,37 @@ class Twin:
             ensemble = members or self.ensemble(hypotheses, self.settings.judged_draws, Purpose.JUDGE)
             result = self._forecast(ensemble, actions) if ended is None else self._broken_off(ensemble, actions, ended)
         except ProcessError as broke:
-            empty = Trajectory(self._history.window(1).end_s, 1.0, {})
+            empty = Trajectory(self._history.window(1).end_s, self._timing.tick_s, {})
             return Rollout(actions.digest, empty, tuple(hypotheses), (), RolloutResult.BROKE_DOWN, str(broke))
-        trajectory = Trajectory(ensemble.start_s + 1.0, 1.0, self.tag_signals(result.values))
+        trajectory = Trajectory(
+            ensemble.start_s + self._timing.tick_s, self._timing.tick_s, self.tag_signals(result.values)
+        )
         weights, left = tuple(ensemble.weights.tolist()), result.steps_left
         told = Rollout(actions.digest, trajectory, tuple(hypotheses), weights, RolloutResult.COMPLETED)
         return replace(told, steps_left=left, bands=_bands(result))
 
     def _forecast(self, ensemble: Ensemble, actions: ActionSet) -> Forecast:
-        """Second by second, with sensor noise: along a schedule, or step by step where there is more than one."""
-        steps = self.settings.horizon_s
+        """Tick by tick, with sensor noise: along a schedule, or step by step where there is more than one."""
+        steps = self.horizon
         if not actions.then:
             return forecast(self._model, ensemble, self.schedules([actions], steps), stride=1)
         return follow(self._model, ensemble, [self._sequence(actions)], self._now(), steps)
 
     def _broken_off(self, ensemble: Ensemble, actions: ActionSet, ended: Interruption) -> Forecast:
-        """Second by second: ``actions`` for a while, and then what ends them."""
+        """Tick by tick: ``actions`` for a while, and then what ends them."""
         first, then = self._sequence(replace(actions, then=())), self._sequence(ended.actions)
-        guards = (after(math.ceil(ended.after_s)), *then.guards)
+        guards = (after(math.ceil(ended.after_s / self._timing.tick_s)), *then.guards)
         targets, rates = np.vstack([first.targets, then.targets]), np.vstack([first.rates, then.rates])
         return follow(
             self._model,
             ensemble,
             [InputSequence(targets, rates, guards, then.outputs)],
             self._now(),
-            self.settings.horizon_s,
+            self.horizon,
         )
 
     def _now(self) -> Vec:
-        """The inputs of the last second, shape (inputs,)."""
+        """The inputs of the last tick, shape (inputs,)."""
         return np.asarray(self._history.window(1).inputs[-1])
 
     def _sequence(self, actions: ActionSet) -> InputSequence:

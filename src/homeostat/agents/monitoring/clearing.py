@@ -4,9 +4,10 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from homeostat.domain.diagnosis import Hypothesis
+from homeostat.domain.plant.timing import REFERENCE, Timing
 
 LOOKS_S = (8.0, 24.0, 60.0, 150.0)
-"""After a symptom has gone, when is looked: readings of some time are needed to tell [s]."""
+"""After a symptom has gone, when is looked, by the reference time: readings of some time are needed to tell [s]."""
 
 RETURNS = 0.45
 """How probable it is that what has ended by itself comes back: it swings, sticks, or is loose [1].
@@ -28,7 +29,9 @@ def may_return(said: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
 class Clearing:
     """Knows which symptoms a diagnosis explained, and says when to look because some of them have gone."""
 
-    def __init__(self) -> None:
+    def __init__(self, timing: Timing = REFERENCE) -> None:
+        """``timing``: that of the plant."""
+        self._looks_s = timing.times_s(LOOKS_S)
         self._explained: frozenset[str] = frozenset()
         self._looks: tuple[float, ...] = ()
 
@@ -45,7 +48,7 @@ class Clearing:
         gone = self._explained.difference(active)
         if gone:
             self._explained -= gone
-            self._looks = tuple(at_s + after_s for after_s in LOOKS_S)
+            self._looks = tuple(at_s + after_s for after_s in self._looks_s)
         passed = [look for look in self._looks if look <= at_s]
         self._looks = self._looks[len(passed) :]
         return bool(passed)

@@ -4,15 +4,16 @@ import math
 from collections import deque
 
 from homeostat.domain.diagnosis import Feature
+from homeostat.domain.plant.timing import TICK_S
 from homeostat.domain.snapshot import Snapshot
 
 
 class FeatureFilter:
     """Computes one feature from a stream of snapshots, however far they are apart."""
 
-    def __init__(self, feature: Feature) -> None:
-        """Start without memory."""
-        self.feature = feature
+    def __init__(self, feature: Feature, tick_s: float = TICK_S) -> None:
+        """Start without memory; ``tick_s``: time that the first snapshot stands for [s]."""
+        self.feature, self._tick_s = feature, tick_s
         self._filtered: float | None = None
         self._at_s: float | None = None
         self._rate = 0.0
@@ -26,7 +27,7 @@ class FeatureFilter:
         """
         values, at_s = snapshot.values, snapshot.at_s
         raw = self.feature.expression.value(values)
-        passed_s = 1.0 if self._at_s is None else at_s - self._at_s
+        passed_s = self._tick_s if self._at_s is None else at_s - self._at_s
         if self.feature.accumulation is None:
             if math.isnan(raw):
                 return None

@@ -25,6 +25,9 @@ from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released, R
 from homeostat.stl.formula import Formula
 from homeostat.twin.twin import Twin
 
+MOVED_S = 60.0
+"""After a release, the time by the reference in which the plant moves too fast to learn from [s]."""
+
 
 class TwinMonitoring:
     """Implements :class:`homeostat.agents.roles.Monitoring` with reference values and the twin's explanations."""
@@ -43,10 +46,11 @@ class TwinMonitoring:
         self._grounding = grounding
         self._started_formula = started
         self._settings = settings or MonitoringSettings()
+        self._timing = description.timing
         rules = description.qualities.values()
         self._noisy = tuple(r.tag for r in rules if r.noise and r.frozen_s is not None)
         self._before: tuple[float, ...] = ()
-        self._filters = [FeatureFilter(f) for f in description.features]
+        self._filters = [FeatureFilter(f, description.timing.tick_s) for f in description.features]
         self._watches = [SymptomWatch(r, baselines[r.feature]) for r in description.symptom_rules]
         self._every = tuple(fault.name for fault in description.faults)
         self._sums = {f.name: 0.0 for f in description.features}
@@ -66,7 +70,7 @@ class TwinMonitoring:
         self._doubts: tuple[Hypothesis, ...] = ()
         self._returns_until_s = math.inf
         self._told: frozenset[str] = frozenset()
-        self._clearing, self._checks = Clearing(), False
+        self._clearing, self._checks = Clearing(description.timing), False
         self._growing = {m.name for m in description.fault_modes if m.effect is not None and m.effect.grows}
         self._indicates = {r.name: frozenset(r.faults) for r in description.symptom_rules}
         self._open, self._again = frozenset[str](), False
@@ -230,10 +234,10 @@ class TwinMonitoring:
         for name, value in values.items():
             self._sums[name] += value
         self._counted += 1
-        if self._counted >= self._settings.centre_s:
+        if self._counted * self._timing.tick_s >= self._settings.centre_s:
             for watch in self._watches:
                 watch.centre(self._sums[watch.rule.feature] / self._counted)
-            self._twin.calibrate(int(self._settings.centre_s))
+            self._twin.calibrate(self._settings.centre_s)
             self._centred, self._counted, self._adapted_s = True, 0, self._at_s
 
     def _adapt(self, values: Mapping[str, float], at_s: float, healthy: bool) -> None:
@@ -243,8 +247,8 @@ class TwinMonitoring:
         for watch in self._watches:
             watch.follow(values[watch.rule.feature], share)
         self._counted = self._counted + 1 if healthy else 0
-        if self._counted >= self._settings.adapt_s:
-            self._twin.calibrate(int(self._settings.centre_s))
+        if self._counted * self._timing.tick_s >= self._settings.adapt_s:
+            self._twin.calibrate(self._settings.centre_s)
             self._counted = 0
 
     def _attention(self, at_s: float) -> bool:
@@ -277,7 +281,7 @@ class TwinMonitoring:
         (first, *others) = with_a_twin(hypotheses)
         if self._released_s is None or others:
             return
-        seconds = int(min(self._at_s - self._released_s, self._settings.review_s)) - 60
+        seconds = min(self._at_s - self._released_s, self._settings.review_s) - self._timing.time_s(MOVED_S)
         if seconds >= self._settings.review_s / 2:
             self._twin.recalibrate(seconds, first.faults)
 

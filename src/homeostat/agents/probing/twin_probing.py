@@ -59,7 +59,7 @@ class TwinProbing:
         opened = [self._paths(situation, e.hypotheses) for e in explanations]
         tried = self._paths(situation, situation.diagnosis.hypotheses)
         work = _Work(self._twin.frozen(), self._plant, self._cost, situation, explanations)
-        return await asyncio.to_thread(work.probes, opened, tried, idle, int(seconds))
+        return await asyncio.to_thread(work.probes, opened, tried, idle, seconds)
 
     async def try_out(self, probe: Probe, diagnosis: Diagnosis, ended: Interruption) -> Rollout:
         """What ``probe`` does until it is ``ended``, and what follows, under every plausible hypothesis."""
@@ -98,7 +98,7 @@ class _Work:
     """What is plausible, the most probable first."""
 
     def probes(
-        self, opened: Sequence[Sequence[RecoveryPath]], tried: Sequence[RecoveryPath], idle: ActionSet, seconds: int
+        self, opened: Sequence[Sequence[RecoveryPath]], tried: Sequence[RecoveryPath], idle: ActionSet, seconds: float
     ) -> tuple[Probe, ...]:
         """Probes that pay, the best first; ``opened``: the ways that each explanation leaves open."""
         tags, values = self.plant.tags_by_name, self.situation.snapshot.values
@@ -155,7 +155,7 @@ class _Work:
             if stepwise:
                 signals, dt_s = self.twin.follow_many(ensemble, own)
             else:
-                schedules = self.twin.schedules(own, self.twin.settings.horizon_s)
+                schedules = self.twin.schedules(own, self.twin.horizon)
                 signals, dt_s = self.twin.try_many(ensemble, schedules)
             for j in range(len(self.explanations)):
                 mine = np.tile(group == j, len(own))

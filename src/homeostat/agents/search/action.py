@@ -137,9 +137,9 @@ class SearchAction:
     def _gently(self, twin: Twin, space: SearchSpace, situation: Situation) -> ActionSet:
         """The design of an ordinary state, as fast as controlled variables stay near their setpoints."""
         design, values = space.actions(space.design), situation.snapshot.values
-        ways = list(dict.fromkeys(ramped(design, values, seconds) for seconds in RAMPS_S))
+        ways = list(dict.fromkeys(ramped(design, values, seconds) for seconds in twin.timing.times_s(RAMPS_S)))
         ensemble = twin.ensemble(plausible(situation.diagnosis), twin.settings.draws, Purpose.REFINE)
-        signals, dt_s = twin.try_many(ensemble, twin.schedules(ways, twin.settings.horizon_s))
+        signals, dt_s = twin.try_many(ensemble, twin.schedules(ways, twin.horizon))
         judged = self._cost.judge(signals, dt_s, ensemble.weights, ways)
         admitted = self._cost.total(judged, {}) <= judged[:, 0]
         return gentlest(ways, excess(self._plant, signals, len(ways)), admitted.tolist())
@@ -208,7 +208,7 @@ class SearchAction:
             if untried[0].then:
                 tried = twin.follow_many(ensemble, untried)
             else:
-                tried = twin.try_many(ensemble, twin.schedules(untried, twin.settings.horizon_s))
+                tried = twin.try_many(ensemble, twin.schedules(untried, twin.horizon))
             rows = self._cost.judge(*tried, ensemble.weights, untried)
             judged.update(zip(map(_key, untried), rows, strict=True))
         return np.stack([judged[_key(a)] for a in actions])

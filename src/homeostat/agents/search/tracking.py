@@ -56,11 +56,11 @@ def tracking(plant: PlantDescription, twin: Twin, actions: ActionSet, stuck: Map
     free = tuple(Command(c.tag, None, None) if c.tag in outputs else c for c in actions.commands)
     healthy = twin.ensemble((Hypothesis((), 1.0),), twin.settings.search_draws)
     try:
-        schedules = twin.schedules([replace(actions, commands=free)], twin.settings.horizon_s)
+        schedules = twin.schedules([replace(actions, commands=free)], twin.horizon)
         signals, dt_s = twin.try_many(healthy, schedules)
     except ProcessError:
         return actions
-    last, commands = math.ceil(LAST_S / dt_s), []
+    last, commands = math.ceil(twin.timing.time_s(LAST_S) / dt_s), []
     for c in actions.commands:
         if c.tag in outputs:
             wanted = float(signals[plant.overridden[c.tag]][:, -last:].mean())

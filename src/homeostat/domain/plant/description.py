@@ -11,6 +11,7 @@ from homeostat.domain.plant.prices import Price
 from homeostat.domain.plant.rules import QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.plant.tag import Tag
+from homeostat.domain.plant.timing import REFERENCE, Timing
 from homeostat.domain.recovery import FallbackStrategy
 from homeostat.stl.formula import Expression
 from homeostat.stl.spelling import near_matches
@@ -150,6 +151,8 @@ class PlantDescription:
     """What the tables price."""
     generated: tuple[FaultMode, ...] = ()
     """Fault modes that follow from instruments, actuators and balances; the tables may give some of them a name."""
+    timing: Timing = REFERENCE
+    """How often it is sampled, and how fast it is."""
 
     @property
     def fault_modes(self) -> tuple[FaultMode, ...]:

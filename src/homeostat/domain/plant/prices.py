@@ -12,15 +12,18 @@ from enum import StrEnum
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.production import Production
 from homeostat.domain.plant.state_machine import StateMachine
+from homeostat.domain.plant.timing import REFERENCE, Timing
 
 OUTSIDE = 0.1
 """Share of the design production that one scale outside a soft criterion costs, where nothing is stated [1]."""
 STOP_S = 3_600.0
-"""Time of design production that violating a hard limit costs where nothing is stated: a stop, and a start [s]."""
+"""Time of design production that violating a hard limit costs where nothing is stated: a stop, and a start, by the
+reference [s]."""
 RANK = 0.01
 """Share of the design production that each rank of a state's risk costs where nothing is stated [1]."""
 RELEASE_S = 9.0
-"""Time of design production that a release costs where nothing is stated: somebody has to look at it [s]."""
+"""Time of design production that a release costs where nothing is stated: somebody has to look at it, by the
+reference [s]."""
 HOUR_S = 3_600.0
 """One hour [s]."""
 
@@ -77,9 +80,14 @@ class Prices:
 
 
 def prices_of(
-    rows: tuple[Price, ...], production: Production, currency: str, limits: Limits, machine: StateMachine
+    rows: tuple[Price, ...],
+    production: Production,
+    currency: str,
+    limits: Limits,
+    machine: StateMachine,
+    timing: Timing = REFERENCE,
 ) -> Prices:
-    """The prices of ``rows``, and for what they leave out what follows from the product."""
+    """The prices of ``rows``, and for what they leave out what follows from the product and the plant's ``timing``."""
     stated = {(row.kind, row.subject): row.amount for row in rows}
     product = next((row.amount for row in rows if row.kind is PriceKind.PRODUCT), 1.0)
     released = next((row.amount for row in rows if row.kind is PriceKind.RELEASE), None)
@@ -90,8 +98,8 @@ def prices_of(
         production,
         currency,
         product,
-        product * production.made(RELEASE_S) if released is None else released,
+        product * production.made(timing.time_s(RELEASE_S)) if released is None else released,
         {s.name: stated.get((PriceKind.STATE, s.name), RANK * s.risk * hour) for s in machine.states},
         {name: stated.get((PriceKind.CRITERION, name), OUTSIDE * hour) for name in soft},
-        {name: stated.get((PriceKind.LIMIT, name), product * production.made(STOP_S)) for name in hard},
+        {name: stated.get((PriceKind.LIMIT, name), product * production.made(timing.time_s(STOP_S))) for name in hard},
     )

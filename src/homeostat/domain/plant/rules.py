@@ -7,6 +7,7 @@ from homeostat.domain.mode import Side
 from homeostat.domain.plant.limits import Limit, Limits
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.plant.tag import Tag
+from homeostat.domain.plant.timing import REFERENCE, Timing
 from homeostat.domain.recovery import FallbackStrategy, Step
 from homeostat.stl.formula import Formula
 
@@ -106,3 +107,5 @@ class GuardRules:
     """Who runs the nominal sequence."""
     configuration: str = ""
     """Digest of tables, graph, settings and baselines."""
+    timing: Timing = REFERENCE
+    """How often it is sampled, and how fast it is."""

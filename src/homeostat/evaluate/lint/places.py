@@ -12,6 +12,7 @@ from homeostat.evaluate.lint.finding import Place
 from homeostat.knowledge.build.derived.tables import derived, stated_tables
 from homeostat.knowledge.build.tables.reading import FOLDER, Origin, Rows
 from homeostat.knowledge.build.tables.schemas import SCHEMAS
+from homeostat.knowledge.build.timing import timing_of
 from homeostat.knowledge.store.error import GraphError
 from homeostat.plants.files.folder import SETTINGS
 
@@ -49,7 +50,7 @@ class Places:
         found, wrong = stated_tables(folder)
         if not wrong:
             with contextlib.suppress(GraphError):  # the check of the tables says what is wrong with them
-                found = derived(found)
+                found = derived(found, timing_of(folder))
         self._tables = {name: found.get(name, Rows((), ())) for name in SCHEMAS}
 
     def row(self, table: str, **cells: str) -> Place:

@@ -18,7 +18,7 @@ from homeostat.evaluate.conditions import LabelGiven
 from homeostat.evaluate.playbook.points import Question
 from homeostat.evaluate.playbook.recoveries import entry_of, recoveries
 from homeostat.evaluate.reference.unsupervised import open_process
-from homeostat.evaluate.scenario import LONGEST_S, Scenario, scenario
+from homeostat.evaluate.scenario import LONGEST, Scenario, scenario
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Event, MemoryTrace
 from homeostat.links.clock import DeclaredClock
@@ -41,7 +41,8 @@ def answered(plant: Plant, question: Question) -> Entry:
 
     It comes from a simulated plant that nobody watched any longer, so that nothing is said of what came of it.
     """
-    end_s = min(question.onset_s + LOOKED_S, LONGEST_S)
+    timing = plant.description.timing
+    end_s = min(question.onset_s + timing.time_s(LOOKED_S), LONGEST * timing.tick_s)
     chosen = scenario(plant, question.fault, question.seed, question.onset_s, question.severity, end_s)
     record, seen = RunRecord(), list[Snapshot]()
     broke = _run(plant, chosen, record, seen)
@@ -51,7 +52,7 @@ def answered(plant: Plant, question: Question) -> Entry:
     setpoints = Measure(plant.description).setpoints(_at(seen, question.onset_s))
     occasion = Occasion(question.state, Mode.CLOSED_LOOP.value, (Hypothesis(chosen.faults, 1.0),), setpoints)
     needed = bool(broke or record.fallbacks)
-    reason = broke or _reason(record)
+    reason = broke or _reason(record, end_s - question.onset_s)
     return Entry(plant.configuration, __version__, question.source, occasion, None, reason, needed=needed)
 
 
@@ -60,7 +61,9 @@ def _run(plant: Plant, chosen: Scenario, record: RunRecord, seen: list[Snapshot]
     trace, until = MemoryTrace(), _Until()
     trace.subscribe(record)
     trace.subscribe(until)
-    link = SimulatedLink(open_process(plant, chosen), LinkConfiguration(recipe_by=plant.recipe))
+    link = SimulatedLink(
+        open_process(plant, chosen), LinkConfiguration.of(plant.recipe, plant.description.timing.tick_s)
+    )
     arrangement = Arrangement(
         guard=UNHURRIED,
         given=lambda monitoring: LabelGiven(monitoring, chosen.faults, plant.monitoring.review_s),
@@ -111,7 +114,7 @@ class _Ending:
         return self.source.advance()
 
 
-def _reason(record: RunRecord) -> str:
+def _reason(record: RunRecord, looked_s: float) -> str:
     fallbacks = record.of_kind(FallbackActivated)
     if fallbacks:
         gave_up = record.of_kind(GaveUp)
@@ -119,7 +122,7 @@ def _reason(record: RunRecord) -> str:
     left = record.of_kind(NoActionTaken)
     if left:
         return f"nothing need be done: every criterion holds in {left[-1].state!r} if it is left alone"
-    return f"nothing was noticed within {LOOKED_S:g} s"
+    return f"nothing was noticed within {looked_s:g} s"
 
 
 def _at(seen: list[Snapshot], at_s: float) -> Snapshot:

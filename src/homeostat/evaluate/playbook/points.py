@@ -11,7 +11,7 @@ from homeostat.record.playbook import PlaybookError
 from homeostat.stl.spelling import near_matches
 
 SHORTEST_S = 5.0
-"""A state in which the recipe stays for less is none in which anything can be asked [s]."""
+"""A state in which the recipe stays for less, by the reference, is none in which anything can be asked [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,9 +63,13 @@ def _onsets(plant: Plant, seed: int) -> dict[str, float]:
     """
     nominal, machine = scenario(plant, "none", seed), plant.description.machine
     entered = fault_free(plant, nominal).states
-    found: dict[str, float] = {}
+    found, shortest_s = dict[str, float](), plant.description.timing.time_s(SHORTEST_S)
     for (state, from_s), to_s in zip(entered, [*(at_s for _, at_s in entered[1:]), nominal.end_s], strict=True):
-        if to_s - from_s >= SHORTEST_S and state not in found and _decided(machine, state):
+        if (
+            to_s - from_s >= plant.description.timing.time_s(SHORTEST_S)
+            and state not in found
+            and _decided(machine, state)
+        ):
             found[state] = plant.onset_s if from_s < plant.onset_s < to_s else 0.5 * (from_s + to_s)
     return found
 

@@ -117,12 +117,13 @@ def _rules(plant: Plant) -> dict[str, Criterion | Limit]:
 
 
 def _aftermath(done: Run, one: Recovery, entry: Entry) -> Aftermath:
-    later = [line for line in done.record.entries if one.at_s < line.at_s < one.at_s + WATCHED_S]
-    end_s, ending = _ending(later, one.at_s, done.scenario.end_s)
+    watched_s = done.plant.description.timing.time_s(WATCHED_S)
+    later = [line for line in done.record.entries if one.at_s < line.at_s < one.at_s + watched_s]
+    end_s, ending = _ending(later, one.at_s, done.scenario.end_s, watched_s)
     return Aftermath(ending, end_s - one.at_s, _kept(done, one, entry, end_s))
 
 
-def _ending(later: Sequence[Line], at_s: float, end_s: float) -> tuple[float, Ending]:
+def _ending(later: Sequence[Line], at_s: float, end_s: float, watched_s: float) -> tuple[float, Ending]:
     """When something ended the time for which a release is watched [s], and what it was."""
     for line in later:
         match line.event:
@@ -130,9 +131,9 @@ def _ending(later: Sequence[Line], at_s: float, end_s: float) -> tuple[float, En
                 return line.at_s, Ending.FELL_BACK
             case ReleasedActions():
                 return line.at_s, Ending.REPLACED
-    if end_s < at_s + WATCHED_S:
+    if end_s < at_s + watched_s:
         return end_s, Ending.CUT_SHORT
-    return at_s + WATCHED_S, Ending.HELD
+    return at_s + watched_s, Ending.HELD
 
 
 def _kept(done: Run, one: Recovery, entry: Entry, end_s: float) -> float | None:

@@ -168,6 +168,6 @@ def _release(plant: Plant, written: WriteIntended, made: Release) -> ReleasedAct
 
 def told(past: Past) -> Iterator[str]:
     """In what the run that goes on may differ from one that was never killed, line by line."""
-    yield f"it goes on at {past.at_s:.0f} s; what was thought and not released by then is thought again"
+    yield f"it goes on at {past.at_s:.10g} s; what was thought and not released by then is thought again"
     for write in past.record.open_writes:
         yield f"whether write {write} reached the plant is not known: the plant is made again without it, and read"

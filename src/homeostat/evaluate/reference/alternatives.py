@@ -49,7 +49,8 @@ def avoidable(
         other = diverted(plant, scenario, detected_s, actions, aborting)
         if other is None:
             continue
-        until = kept_until(outside_after(other, force, detected_s), other, force.settled_s(detected_s))
+        own = outside_after(other, force, detected_s)
+        until = kept_until(own, other, force.settled_s(detected_s), plant.description.timing)
         if until is not None and worse(outside, until):
             return True
     return False

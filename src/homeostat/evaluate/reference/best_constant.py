@@ -16,8 +16,8 @@ from homeostat.plants.plant import Plant
 from homeostat.process.schedule import InputRamp
 from homeostat.process.types import Cube, Table, Vec
 
-STRIDE_S = 5
-"""The true plant is sampled this often [s]."""
+STRIDE = 5
+"""Every how many ticks the true plant is looked at."""
 CHUNK = 600
 """Grid points that are simulated at once, to bound the memory."""
 
@@ -50,7 +50,7 @@ def best_constant(plant: Plant, scenario: Scenario, released_s: float, grid: Gri
     members = Members(plant.model, plant.description, true_plant(plant, scenario))
     state = _state_at(plant, members, released_s)
     points = list(product(*grid.values()))
-    steps = int(scenario.end_s - released_s)
+    steps = plant.description.timing.whole_ticks(scenario.end_s - released_s)
     cost = np.full(len(points), np.inf)
     for first in range(0, len(points), CHUNK):
         chunk = points[first : first + CHUNK]
@@ -65,12 +65,13 @@ def best_constant(plant: Plant, scenario: Scenario, released_s: float, grid: Gri
 
 def _state_at(plant: Plant, members: Members, at_s: float) -> Vec:
     """State of the unsupervised plant at ``at_s`` [s]."""
-    inputs = np.tile(plant.start, (1, int(at_s), 1))
-    return np.asarray(members.simulate(members.start()[None], inputs, 0.0, int(at_s), 1).state[0])
+    ticks = plant.description.timing.whole_ticks(at_s)
+    inputs = np.tile(plant.start, (1, ticks, 1))
+    return np.asarray(members.simulate(members.start()[None], inputs, 0.0, ticks, 1).state[0])
 
 
 def _schedule(plant: Plant, point: Mapping[str, float | None], steps: int) -> Table:
-    ramp = InputRamp(plant.model.inputs, plant.start)
+    ramp = InputRamp(plant.model.inputs, plant.start, plant.description.timing.tick_s)
     tags = plant.description.tags_by_name
     given = {t: v for t, v in point.items() if v is not None}
     commands = tuple(Command(t, v, tags[t].rate_limit) for t, v in given.items())
@@ -81,19 +82,19 @@ def _schedule(plant: Plant, point: Mapping[str, float | None], steps: int) -> Ta
 def _try(plant: Plant, members: Members, released_s: float, state: Vec, schedules: Cube) -> Vec:
     """What each schedule costs, infinite where a hard limit is not kept, shape (schedules,)."""
     states = np.tile(state, (len(schedules), 1))
-    result = members.simulate(states, schedules, released_s, schedules.shape[1], STRIDE_S)
-    sampled = schedules[:, STRIDE_S - 1 :: STRIDE_S][:, : result.record.shape[1]]
+    result = members.simulate(states, schedules, released_s, schedules.shape[1], STRIDE)
+    sampled = schedules[:, STRIDE - 1 :: STRIDE][:, : result.record.shape[1]]
     truth = plant.model.truth(result.record, sampled)
     start = plant.model.truth(state[None, None, : len(plant.model.states)], plant.start[None, None])
     variables = plant.description.variables
     produced = [variables.get(d, d) for d in plant.delivered]
     made = sum(truth[v][:, -1] - float(start[v][0, 0]) for v in produced)
-    signals = {tag: truth[v] for tag, v in variables.items()}
+    signals, tick_s = {tag: truth[v] for tag, v in variables.items()}, plant.description.timing.tick_s
     pricing = Pricing(plant.prices, plant.description.limits, plant.description.scales)
-    cost = np.maximum(plant.prices.worth(schedules.shape[1]) - plant.prices.product * made, 0.0)
-    for price in pricing.outside(signals, STRIDE_S).values():
+    cost = np.maximum(plant.prices.worth(schedules.shape[1] * tick_s) - plant.prices.product * made, 0.0)
+    for price in pricing.outside(signals, STRIDE * tick_s).values():
         cost = cost + price
     for limit in plant.description.limits.hard:
-        kept = limit.formula.margins(signals, STRIDE_S).min(axis=1) >= 0.0
+        kept = limit.formula.margins(signals, STRIDE * tick_s).min(axis=1) >= 0.0
         cost = np.where(kept, cost, np.inf)
     return np.asarray(cost)

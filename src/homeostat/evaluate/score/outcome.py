@@ -73,7 +73,7 @@ def facts_of(
             detected_s,
             released_set(plant, released[0], record.attempts) if released else None,
         ),
-        inside_at_end=inside_at_end(truth, force),
+        inside_at_end=inside_at_end(truth, force, plant.description.timing),
         fell_back=bool(record.fallbacks),
         missed=onset_s is not None
         and detected_s is None
@@ -104,5 +104,5 @@ def _ends(plant: Plant) -> set[str]:
 def _produces(plant: Plant, record: RunRecord, truth: Trajectory, healthy: Unsupervised) -> bool:
     """Whether the batch is complete with its product; a plant that knows no batch is fed at the end."""
     if not _ends(plant):
-        return fed_at_end(truth, plant.production)
+        return fed_at_end(truth, plant.production, plant.description.timing)
     return completion_s(plant, record.states) is not None and has_product(truth, healthy.truth, plant.delivered)

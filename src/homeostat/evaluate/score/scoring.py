@@ -7,17 +7,19 @@ import numpy as np
 
 from homeostat.domain.plant.limits import LimitKind
 from homeostat.domain.plant.production import Production
+from homeostat.domain.plant.timing import REFERENCE, Timing
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.process.types import Vec
 from homeostat.record.result import Exposure
 
 CALM_S = 60.0
-"""A plant that ends inside its hard limits keeps them over the last this many seconds [s]."""
+"""A plant that ends inside its hard limits keeps them over the last this many seconds, by the reference [s]."""
 RETURN_S = 60.0
-"""What is outside a limit at detection may swing about it this much longer than until it first comes back [s]."""
+"""What is outside a limit at detection may swing about it this much longer than until it first comes back, by the
+reference [s]."""
 FED_S = 60.0
-"""What a plant is fed at the end is the mean over the last this many seconds [s]."""
+"""What a plant is fed at the end is the mean over the last this many seconds, by the reference [s]."""
 LEAST_FED = 0.1
 """A plant that produces is fed at least this share of its design rate at the end [1]."""
 LEAST_PRODUCT = 0.9
@@ -41,9 +43,9 @@ def exposures(truth: Trajectory, force: LimitsInForce, detected_s: float | None)
     return tuple(result)
 
 
-def inside_at_end(truth: Trajectory, force: LimitsInForce) -> bool:
-    """Whether the plant kept its hard limits over the last :data:`CALM_S` seconds."""
-    judged = truth.times_s > float(truth.times_s[-1]) - CALM_S
+def inside_at_end(truth: Trajectory, force: LimitsInForce, timing: Timing = REFERENCE) -> bool:
+    """Whether the plant, of this ``timing``, kept its hard limits over the time :data:`CALM_S` at the end."""
+    judged = truth.times_s > float(truth.times_s[-1]) - timing.time_s(CALM_S)
     return not any(force.outside(limit, truth)[judged].any() for limit in force.limits.hard)
 
 
@@ -66,9 +68,9 @@ def made(run: Trajectory, delivered: Sequence[str], from_s: float, to_s: float |
     return float(sum(run.signals[d][0, last] - run.signals[d][0, first] for d in delivered)) if delivered else math.nan
 
 
-def fed_at_end(truth: Trajectory, production: Production) -> bool:
+def fed_at_end(truth: Trajectory, production: Production, timing: Timing = REFERENCE) -> bool:
     """Whether the plant is fed at the end: over :data:`FED_S`, at least :data:`LEAST_FED` of its design rate."""
-    last = truth.times_s > truth.times_s[-1] - FED_S
+    last = truth.times_s > truth.times_s[-1] - timing.time_s(FED_S)
     fed = float(truth.signals[production.throughput][0, last].mean())
     return fed >= (LEAST_FED - _EQUAL) * production.design_rate
 
@@ -97,21 +99,23 @@ def outside_after(truth: Trajectory, force: LimitsInForce, from_s: float = -math
     return {name: times for name, times in found.items() if times.size}
 
 
-def kept_until(outside: Mapping[str, Vec], truth: Trajectory, from_s: float) -> dict[str, float] | None:
+def kept_until(
+    outside: Mapping[str, Vec], truth: Trajectory, from_s: float, timing: Timing = REFERENCE
+) -> dict[str, float] | None:
     """Hard limit that is outside at ``from_s`` already -> until when it may be [s]; None where a limit is not kept.
 
     ``outside`` is what :func:`outside_after` found in ``truth``. What is outside at once is kept if it comes back, and
     is outside no more from :data:`RETURN_S` after that.
     """
-    found: dict[str, float] = {}
+    found, return_s = dict[str, float](), timing.time_s(RETURN_S)
     for name, times in outside.items():
         if times[0] > from_s + truth.dt_s:
             return None
         gaps = np.flatnonzero(np.diff(times) > 1.5 * truth.dt_s)
         back_s = float(times[gaps[0]] if gaps.size else times[-1]) + truth.dt_s
-        if back_s > truth.times_s[-1] or times[-1] > back_s + RETURN_S:
+        if back_s > truth.times_s[-1] or times[-1] > back_s + return_s:
             return None
-        found[name] = back_s + RETURN_S
+        found[name] = back_s + return_s
     return found
 
 

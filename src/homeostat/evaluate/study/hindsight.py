@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from homeostat.domain.recovery import Command
-from homeostat.evaluate.reference.best_constant import STRIDE_S, best_constant
+from homeostat.evaluate.reference.best_constant import STRIDE, best_constant
 from homeostat.evaluate.reference.best_route import best_route, sequencer_along
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run_steered
@@ -53,8 +53,10 @@ def _best_batch(plant: Plant, chosen: Scenario) -> Run | None:
 def _best_setpoints(plant: Plant, chosen: Scenario) -> Run | None:
     if chosen.onset_s is None:
         return None
-    onset_s = float(max(1, math.ceil(chosen.onset_s)))  # the first second at which anything can be commanded
-    if chosen.end_s - onset_s < STRIDE_S:
+    timing = plant.description.timing
+    # The first tick at which anything can be commanded.
+    onset_s = timing.at_s(max(1, math.ceil(chosen.onset_s / timing.tick_s)))
+    if chosen.end_s - onset_s < STRIDE * timing.tick_s:
         return None  # too late for anything
     choices = max((s.open_setpoints for s in plant.description.machine.states if s.recovery_target), key=len)
     grid = {r.tag: _levels(r.low, r.high, LEVELS, r.design) for r in choices}

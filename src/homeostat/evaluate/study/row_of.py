@@ -28,7 +28,7 @@ STEPS = tuple(field.name for field in fields(StepScores))
 def succeeded(run: Run) -> bool:
     """Whether a run ended inside its hard limits, a batch complete or start-up over, without the fallback."""
     ended = run.complete_s is not None or (run.nominal_s is None and not run.force.starting(run.truth)[-1])
-    return ended and run.actor != "fallback" and inside_at_end(run.truth, run.force)
+    return ended and run.actor != "fallback" and inside_at_end(run.truth, run.force, run.plant.description.timing)
 
 
 def notable(job: Job, run: Run) -> bool:

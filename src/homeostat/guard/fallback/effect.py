@@ -12,9 +12,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from homeostat.domain.events.trips import EffectFollowed
+from homeostat.domain.plant.timing import REFERENCE, Timing
 from homeostat.domain.recovery import Effect, FallbackStrategy
 from homeostat.guard.fallback.trial import Passed
-from homeostat.guard.watch.trips import LONGEST_S, Violation
+from homeostat.guard.watch.trips import LONGEST, Violation
 
 SURE = 3.0
 """Standard errors by which a margin must rise."""
@@ -22,7 +23,7 @@ FEWEST = 3
 """Fewest readings that have a slope with an error."""
 SHARE = 8
 """How often in a period it is journalled how far it has come, at least; more often where that were 5 s or more."""
-UNSTATED = Effect(600.0)
+UNSTATED_S = 600.0
 """What is expected where the tables say of no strategy that it brings a limit back."""
 
 
@@ -52,9 +53,9 @@ class _Period:
         """What was seen of the margin, as it is journalled."""
         return (float(self.ticks), float(self.judged), self.t, self.tt, self.m, self.mm, self.tm)
 
-    def add(self, now_s: float, margin: float) -> None:
-        """One tick more; a clock that leaps ahead ends no period early."""
-        self.passed_s += min(max(now_s - self.now_s, 0.0), LONGEST_S)
+    def add(self, now_s: float, margin: float, longest_s: float) -> None:
+        """One tick more; a clock that leaps ahead ends no period early, and counts for ``longest_s`` at most [s]."""
+        self.passed_s += min(max(now_s - self.now_s, 0.0), longest_s)
         self.now_s = now_s
         self.ticks += 1
         if math.isfinite(margin):
@@ -88,8 +89,12 @@ class _Period:
 class EffectWatch:
     """Follows every violated limit under the fallback that stands."""
 
-    def __init__(self, strategies: Iterable[FallbackStrategy]) -> None:
-        """A strategy that is not said to bring a limit back has as long as those of ``strategies`` that are."""
+    def __init__(self, strategies: Iterable[FallbackStrategy], timing: Timing = REFERENCE) -> None:
+        """``timing``: that of the plant.
+
+        A strategy that is not said to bring a limit back has as long as those of ``strategies`` that are.
+        """
+        self._longest_s, self._unstated = LONGEST * timing.tick_s, Effect(timing.time_s(UNSTATED_S))
         stated: dict[str, float] = {}
         for strategy in strategies:
             for name, effect in strategy.serves.items():
@@ -109,7 +114,7 @@ class EffectWatch:
         """How far the time of each violated limit has come, where a death would lose too much of it."""
         found = []
         for name, period in self._periods.items():
-            every_s = min(self._effect(strategy, name).acts_within_s / SHARE, LONGEST_S)
+            every_s = min(self._effect(strategy, name).acts_within_s / SHARE, self._longest_s)
             if period.passed_s - period.told_s >= every_s:
                 period.told_s = period.passed_s
                 found.append(EffectFollowed(strategy.name, name, period.now_s, period.passed_s, period.sums))
@@ -125,7 +130,7 @@ class EffectWatch:
         for name, violation in violated.items():
             effect = self._effect(strategy, name)
             period = self._periods.setdefault(name, _Period(now_s))
-            period.add(now_s, violation.margin)
+            period.add(now_s, violation.margin, self._longest_s)
             if period.passed_s < effect.acts_within_s:
                 continue
             del self._periods[name]
@@ -136,7 +141,7 @@ class EffectWatch:
         return found
 
     def _effect(self, strategy: FallbackStrategy, limit: str) -> Effect:
-        return strategy.serves.get(limit, self._stated.get(limit, UNSTATED))
+        return strategy.serves.get(limit, self._stated.get(limit, self._unstated))
 
 
 def _objection(period: _Period, effect: Effect, unit: str) -> str:

@@ -18,7 +18,7 @@ class Response:
         self._parts, self._latch = parts, latch
         self._violated = self._before = self._answered = self._returned = self._told = frozenset[str]()
         self._unanswered: dict[str, str] = {}
-        self._effects = EffectWatch(parts.rules.fallbacks)
+        self._effects = EffectWatch(parts.rules.fallbacks, parts.rules.timing)
         self._strategy: str | None = None
 
     def remember(self, trial: Trial, latched: bool) -> None:

@@ -24,15 +24,16 @@ from homeostat.stl.formula import Formula
 
 NEAR = 0.5
 """Share of its allowance that a limit may have used up while something is still released [1]."""
-LONGEST_S = 5.0
-"""Longest time for which one reading counts in a sum, where the ticks are further apart [s]."""
+LONGEST = 5.0
+"""Ticks for which one reading counts in a sum at most, where they are further apart than they should be."""
 REFUTED_S = 60.0
-"""How long a carrier may say that a limit is violated while undoubted readings say that it is not [s]. What a balance
-tells ahead has begun to show by then; one that goes on saying so has an instrument that lies, and carries nothing."""
-SMOOTHED_S = 3.0
-"""Time constant with which a corrected value is seen to come back, beside its noise [s]."""
+"""How long a carrier may say that a limit is violated while undoubted readings say that it is not, by the reference
+[s]. What a balance tells ahead has begun to show by then; one that goes on saying so has an instrument that lies."""
+SMOOTHED = 3.0
+"""Time constant with which a corrected value is seen to come back, beside its noise, in ticks."""
 COMES_BACK_S = 60.0
-"""A violation comes back that would be over this time after it began if it went on so [s]."""
+"""A violation comes back that would be over this time after it began if it went on so by the
+reference [s]."""
 MOST = 100
 """Most explanations that a correction may have."""
 
@@ -87,6 +88,8 @@ class TripWatch:
         """
         self._rules, self._note = rules, note
         self._jumps = Jumps({}) if jumps is None else jumps
+        self._tick_s = rules.timing.tick_s
+        self._refuted_s, self._comes_back_s = rules.timing.times_s((REFUTED_S, COMES_BACK_S))
         self._limits = {limit.name: limit for limit in rules.limits.hard}
         self._trips = {name: rules.trips.get(name, TripRule(name)) for name in self._limits}
         self._watched = {name: _Watched() for name in self._limits}
@@ -126,7 +129,7 @@ class TripWatch:
 
     def judge(self, now_s: float, readings: Snapshot | None, state: str) -> tuple[Violation, ...]:
         """Every violated hard limit at ``now_s`` [s] in ``state``; ``readings`` are judged for quality already."""
-        dt_s = max(now_s - self._at_s, 0.0) or 1.0  # a tick counts, should the clock stand
+        dt_s = max(now_s - self._at_s, 0.0) or self._tick_s  # a tick counts, should the clock stand
         self._at_s = now_s
         self._change(self.start_up.holds(now_s, readings, state))
         found = [self._judge(name, readings, now_s, dt_s) for name in self._limits]
@@ -183,9 +186,9 @@ class TripWatch:
         doubted = math.isnan(said) or (uncertain and watched.doubted_s <= rule.grace_s)
         if not doubted:
             contradicted = said > 0.0 and rule.carrier is not None and _margin(rule.carrier, values) < 0.0
-            watched.refuted_s = _used(watched.refuted_s, dt_s, REFUTED_S, contradicted)
+            watched.refuted_s = _used(watched.refuted_s, dt_s, self._refuted_s, contradicted)
         # What carries a limit takes back nothing that its readings have shown.
-        carried = self._carried(rule, readings) if doubted and watched.refuted_s <= REFUTED_S else None
+        carried = self._carried(rule, readings) if doubted and watched.refuted_s <= self._refuted_s else None
         raw = said if carried is None else min(carried, 0.0)
         if math.isnan(raw):  # a violated limit has not come back because nobody sees it any more
             return blind or (_violation(limit, raw) if watched.violated else None)
@@ -194,7 +197,7 @@ class TripWatch:
         if self._fresh and watched.lifting and not watched.violated and min(said, told, unjumped) >= 0.0:
             # What a correction showed alone, and the carrier refuted, goes with it.
             watched.corrected = min(watched.corrected, watched.raw)
-        counted_s, corrected = min(dt_s, LONGEST_S), min(told, unjumped)
+        counted_s, corrected = min(dt_s, LONGEST * self._tick_s), min(told, unjumped)
         watched.raw = _cumulated(watched.raw, raw, counted_s, rule.cusum)
         self._dispute(rule, watched, said, told, dt_s, uncertain)
         counted = unjumped if watched.disputed else corrected  # a jump is no correction that somebody made
@@ -239,11 +242,11 @@ class TripWatch:
         if begins or self._fresh:
             watched.smooth = corrected
         else:
-            watched.smooth += (1.0 - math.exp(-dt_s / SMOOTHED_S)) * (corrected - watched.smooth)
+            watched.smooth += (1.0 - math.exp(-dt_s / (SMOOTHED * self._tick_s))) * (corrected - watched.smooth)
         if begins:
             watched.begun = watched.best = corrected
         watched.disputed = begins or (watched.disputed and said >= 0.0 > watched.smooth)
-        comes_back = watched.disputed and watched.smooth > watched.best - watched.begun * dt_s / COMES_BACK_S
+        comes_back = watched.disputed and watched.smooth > watched.best - watched.begun * dt_s / self._comes_back_s
         if comes_back:
             watched.best = watched.smooth
         if not comes_back:

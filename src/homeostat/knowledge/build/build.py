@@ -14,7 +14,7 @@ from typing import Final
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse
 
 from homeostat.knowledge.build.derive import complete
-from homeostat.knowledge.build.provenance import namespace_of, seal, sources
+from homeostat.knowledge.build.provenance import namespace_of, seal, sources, timing
 from homeostat.knowledge.build.statements import MAPPED, stated, table_files
 from homeostat.knowledge.build.turtle import write_turtle
 from homeostat.knowledge.checks.conformance import check_shapes
@@ -43,8 +43,8 @@ def mapped(folder: Path) -> bytes:
     namespace = namespace_of(folder)
     said = stated(folder, namespace)
     check_numbers(said)
-    provenance = sources(NamedNode(f"{namespace}system"), folder, table_files(folder))
-    triples = complete(said).union(provenance)
+    system = NamedNode(f"{namespace}system")
+    triples = complete({*said, *timing(system, folder)}).union(sources(system, folder, table_files(folder)))
     return seal(write_turtle(triples, namespace[:-1].rpartition(":")[2], namespace))
 
 

@@ -15,9 +15,11 @@ from urllib.parse import quote
 
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse
 
+from homeostat.domain.plant.timing import Timing
 from homeostat.knowledge.build.tables.reading import is_short
+from homeostat.knowledge.build.timing import timing_of
 from homeostat.knowledge.store.error import GraphError
-from homeostat.knowledge.vocabulary.vocabulary import HS, RDF
+from homeostat.knowledge.vocabulary.vocabulary import HS, RDF, XSD
 
 _SEAL: Final = re.compile(rb"# sha256 ([0-9a-f]{64})\n\Z")
 
@@ -76,17 +78,30 @@ def sources(system: NamedNode, folder: Path, tables: Iterable[str]) -> Iterator[
         yield Triple(node, HS.sha256, Literal(_hash(folder, table) or ""))
 
 
+def timing(system: NamedNode, folder: Path) -> Iterator[Triple]:
+    """How often the plant is sampled and how fast it is, where that is not as where nothing is stated."""
+    found = timing_of(folder)
+    if found != Timing():
+        yield Triple(system, HS.tick, Literal(str(found.tick_s), datatype=XSD.double))
+        yield Triple(system, HS.response, Literal(str(found.response_s), datatype=XSD.double))
+
+
 def stale_tables(folder: Path, graph: bytes, format: RdfFormat = RdfFormat.TURTLE) -> tuple[str, ...]:
     """Files that are not as they were when ``graph`` was built, or came later, relative to ``folder``, sorted."""
     names: dict[str, str] = {}
     hashes: dict[str, str] = {}
+    told: dict[NamedNode, float] = {}
     for triple in parse(graph, format=format):
+        if isinstance(triple.object, Literal) and triple.predicate in (HS.tick, HS.response):
+            told[triple.predicate] = float(triple.object.value)
         if isinstance(triple.object, Literal) and triple.predicate in (HS.fileName, HS.sha256):
             entries = names if triple.predicate == HS.fileName else hashes
             entries[str(triple.subject)] = triple.object.value
     stale = {name for node, name in names.items() if name != DERIVED and _changed(folder, name, hashes.get(node))}
     mine = f"<{namespace_of(folder)}"
-    if not all(node.startswith(mine) for node in names):
+    now, usual = timing_of(folder), Timing()
+    built = told.get(HS.tick, usual.tick_s), told.get(HS.response, usual.response_s)
+    if not all(node.startswith(mine) for node in names) or built != (now.tick_s, now.response_s):
         stale.add(_SETTINGS)
     stale |= _unread(folder, names.values())
     if not stale:  # or else what follows from the tables need not be worked out

@@ -11,6 +11,7 @@ from typing import Final
 from homeostat.domain.diagnosis import Feature
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.tag import Tag
+from homeostat.domain.plant.timing import Timing
 from homeostat.knowledge.checks.consistency_rules import momentary, ranges_of
 from homeostat.knowledge.checks.intervals import Interval, Intervals, span
 from homeostat.knowledge.checks.reach import comparisons, deepest, ends
@@ -19,10 +20,10 @@ from homeostat.stl.formula import Formula
 from homeostat.stl.text import render
 from homeostat.stl.tree import Not
 
-WORST_S: Final = 0.5
-"""The worst violation that instruments can show trips in this time, half a tick, and a tenth of it in 5 s [s]."""
-SCALE_S: Final = 20.0
-"""A violation by one scale of the limit's tags trips in this time [s]."""
+WORST_TICKS: Final = 0.5
+"""The worst violation that instruments can show trips in half a tick, and a tenth of it in 5 ticks."""
+SCALE_TICKS: Final = 20.0
+"""A violation by one scale of the limit's tags trips in so many ticks."""
 LARGEST_LIFT: Final = 0.1
 """Share of what a limit's reading can vary by that a correction may take from it [1]."""
 LARGEST_LEAD: Final = 0.5
@@ -34,9 +35,8 @@ MOST_SCALES: Final = 20.0
 NOISE: Final = (1e-6, 0.02)
 """Shares of a tag's range between which the noise of its reading lies [1]."""
 SLOWEST_S: Final = 86_400.0
-"""No process and no ramp takes longer than this through the range of a tag [s]."""
-TICK_S: Final = 1.0
-"""What goes through the whole range of a tag in less than a tick is not limited at all [s]."""
+"""No process and no ramp takes longer than this through the range of a tag, by the reference [s]; what goes through
+it in less than a tick is not limited at all."""
 LARGEST_TOLERANCE: Final = 0.02
 """Share of a tag's range by which a target may differ from its command [1]."""
 LARGEST_THRESHOLD: Final = 0.5
@@ -98,7 +98,7 @@ def readings(plant: PlantDescription) -> Found:
             least, most = (share * tag.range.span for share in NOISE)
             yield from _within(thing, "quality.csv, noise", rule.noise, (least, most), tag, tag.unit)
         if rule.fastest is not None:
-            yield from _speed(thing, "quality.csv, fastest", rule.fastest, tag)
+            yield from _speed(thing, "quality.csv, fastest", rule.fastest, tag, plant.timing)
             if rule.grace_s == 0.0:
                 message = "quality.csv, grace_s 0 s doubts no step that is faster than fastest; give it some seconds"
                 yield Code.BAD_NUMBER, thing, message
@@ -108,16 +108,16 @@ def commands(plant: PlantDescription) -> Found:
     """Ramps end, and no tolerance takes one commanded value for another."""
     for tag in plant.tags:
         if tag.rate_limit is not None:
-            yield from _speed(f"tag {tag.name!r}", "signals.csv, rate_limit", tag.rate_limit, tag)
+            yield from _speed(f"tag {tag.name!r}", "signals.csv, rate_limit", tag.rate_limit, tag, plant.timing)
     for strategy in plant.fallback_strategies:
         for command in strategy.actions.commands:
             tag = plant.tag(command.tag)
             if command.value is not None and command.rate is not None:
-                yield from _speed(f"fallback {strategy.name!r}", "fallbacks.csv, rate", command.rate, tag)
+                yield from _speed(f"fallback {strategy.name!r}", "fallbacks.csv, rate", command.rate, tag, plant.timing)
     for name, rule in sorted(plant.writables.items()):
         tag, thing = plant.tag(name), f"writable tag {name!r}"
         if rule.fastest is not None:
-            yield from _speed(thing, "writables.csv, fastest", rule.fastest, tag)
+            yield from _speed(thing, "writables.csv, fastest", rule.fastest, tag, plant.timing)
         if rule.tolerance > (most := LARGEST_TOLERANCE * tag.range.span):
             why = f"{LARGEST_TOLERANCE:.0%} of its range"
             yield _too_much(thing, "writables.csv, tolerance", rule.tolerance, most, tag.unit, why)
@@ -153,9 +153,10 @@ def _shown(feature: Feature, ranges: Intervals) -> Interval:
 def _slowest(plant: PlantDescription, formula: Formula, ranges: Intervals) -> tuple[float, str]:
     """The largest cusum of a limit, in the unit of its margin times s, and why."""
     worst, scale, unit = deepest(formula, ranges), _scale(plant, formula), formula.unit
-    if SCALE_S * scale < WORST_S * worst:
-        return SCALE_S * scale, f"at which a violation by {scale:g} {unit}, the scale of its tags, lasts {SCALE_S:g} s"
-    return WORST_S * worst, f"at which the worst violation that can be shown, {worst:g} {unit}, lasts {WORST_S:g} s"
+    scale_s, worst_s = SCALE_TICKS * plant.timing.tick_s, WORST_TICKS * plant.timing.tick_s
+    if scale_s * scale < worst_s * worst:
+        return scale_s * scale, f"at which a violation by {scale:g} {unit}, the scale of its tags, lasts {scale_s:g} s"
+    return worst_s * worst, f"at which the worst violation that can be shown, {worst:g} {unit}, lasts {worst_s:g} s"
 
 
 def _resting(plant: PlantDescription, formula: Formula, ranges: Intervals) -> tuple[float, str]:
@@ -203,9 +204,9 @@ def _too_much(thing: str, column: str, value: float, most: float, unit: str, why
     return Code.BAD_NUMBER, thing, message
 
 
-def _speed(thing: str, column: str, value: float, tag: Tag) -> Found:
-    """A speed that takes from a tick to a day through the range of its tag."""
-    allowed = (tag.range.span / SLOWEST_S, tag.range.span / TICK_S)
+def _speed(thing: str, column: str, value: float, tag: Tag, timing: Timing) -> Found:
+    """A speed that takes from a tick to a day, or what is one for a slow plant, through the range of its tag."""
+    allowed = (tag.range.span / (SLOWEST_S * max(timing.stretch, 1.0)), tag.range.span / timing.tick_s)
     yield from _within(thing, column, value, allowed, tag, f"{tag.unit}/s")
 
 

@@ -11,6 +11,7 @@ from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits, O
 from homeostat.domain.plant.prices import Price, PriceKind
 from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine, Transition
 from homeostat.domain.plant.tag import Tag
+from homeostat.domain.plant.timing import Timing
 from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy
 from homeostat.knowledge.description.entry import Entry, entries, unique
 from homeostat.knowledge.description.guarding import bounded_number, optional_bounded
@@ -126,14 +127,14 @@ def prices(store: GraphStore, system: NamedNode) -> tuple[Price, ...]:
     return tuple(found.values())
 
 
-def fallback_strategies(store: GraphStore, system: NamedNode) -> tuple[FallbackStrategy, ...]:
+def fallback_strategies(store: GraphStore, system: NamedNode, timing: Timing) -> tuple[FallbackStrategy, ...]:
     """The strategies, sorted by name, their commands in the order of their steps, and the permissives they set aside.
 
     A command ramps at its own rate, or else at the rate limit of its tag. One without a value hands a manual output
     back to automatic.
     """
     rows = entries(store, "plant_fallbacks", "fallback", system)
-    waived, served = _waivers(store, system), _effects(store, system)
+    waived, served = _waivers(store, system), _effects(store, system, timing)
     found = (_strategy(tuple(group), waived) for _, group in groupby(rows, key=lambda entry: entry.name))
     return tuple(replace(strategy, serves=served.get(strategy.name, {})) for strategy in found)
 
@@ -150,7 +151,7 @@ def _waivers(store: GraphStore, system: NamedNode) -> dict[str, dict[str, str]]:
     return found
 
 
-def _effects(store: GraphStore, system: NamedNode) -> dict[str, dict[str, Effect]]:
+def _effects(store: GraphStore, system: NamedNode, timing: Timing) -> dict[str, dict[str, Effect]]:
     """Strategy -> hard limit -> what it does about it."""
     found: dict[str, dict[str, Effect]] = {}
     for row in entries(store, "plant_fallback_limits", "limit of fallback", system):
@@ -158,7 +159,7 @@ def _effects(store: GraphStore, system: NamedNode) -> dict[str, dict[str, Effect
         limit = row.reference("limit", Code.UNKNOWN_LIMIT)
         if limit in found.setdefault(strategy, {}):
             raise GraphError(Code.DUPLICATE_ID, row.thing, f"serves {limit!r} more than once; keep one row")
-        found[strategy][limit] = Effect(bounded_number(row, "acts_within_s"), bounded_number(row, "rest"))
+        found[strategy][limit] = Effect(bounded_number(row, "acts_within_s", timing), bounded_number(row, "rest"))
     return found
 
 

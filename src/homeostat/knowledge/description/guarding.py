@@ -11,6 +11,7 @@ from homeostat.domain.mode import Side
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.rules import QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.plant.tag import Tag
+from homeostat.domain.plant.timing import REFERENCE, Timing
 from homeostat.knowledge.description.entry import Entry, entries, unique
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.store.store import GraphStore
@@ -24,47 +25,56 @@ TIMES_S: Final[Mapping[str, tuple[float, float]]] = {
     "start_up_s": (1.0, 86_400.0),
     "acts_within_s": (3.0, 600.0),
 }
-"""Column -> shortest and longest time that can be meant, of a plant that is sampled once per second [s]."""
+"""Column -> shortest and longest time that can be meant, of the reference plant, sampled once per second [s]."""
+_OF_THE_PLANT: Final = frozenset({"lift_s", "start_up_s", "acts_within_s"})
+"""Those that go by how fast the plant is; the others go by its samples."""
 _MAY_BE_ZERO: Final = frozenset({"grace_s", "cusum", "lead", "lift", "lift_s", "tolerance", "rest"})
 
 
-def qualities(store: GraphStore, system: NamedNode) -> Mapping[str, QualityRule]:
+def times_s(column: str, timing: Timing) -> tuple[float, float]:
+    """The shortest and the longest time that can be meant in ``column`` for a plant of this ``timing`` [s]."""
+    low, high = TIMES_S[column]
+    factor = timing.stretch if column in _OF_THE_PLANT else timing.tick_s
+    return low * factor, high * factor
+
+
+def qualities(store: GraphStore, system: NamedNode, timing: Timing) -> Mapping[str, QualityRule]:
     """Tag -> when its reading is good, uncertain or bad."""
     return {
         (tag := entry.reference("tag", Code.UNKNOWN_TAG)): QualityRule(
             tag=tag,
-            stale_s=bounded_number(entry, "stale_s"),
+            stale_s=bounded_number(entry, "stale_s", timing),
             noise=optional_bounded(entry, "noise"),
-            frozen_s=optional_bounded(entry, "frozen_s"),
+            frozen_s=optional_bounded(entry, "frozen_s", timing),
             fastest=optional_bounded(entry, "fastest"),
-            grace_s=bounded_number(entry, "grace_s"),
+            grace_s=bounded_number(entry, "grace_s", timing),
         )
         for entry in unique(entries(store, "plant_qualities", "quality of tag", system))
     }
 
 
-def trips(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag]) -> Mapping[str, TripRule]:
+def trips(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag], timing: Timing) -> Mapping[str, TripRule]:
     """Name of a hard limit -> how it is watched; carriers are read over ``tags``."""
     return {
         (limit := entry.reference("limit", Code.UNKNOWN_LIMIT)): TripRule(
             limit=limit,
             cusum=bounded_number(entry, "cusum"),
-            grace_s=bounded_number(entry, "grace_s"),
+            grace_s=bounded_number(entry, "grace_s", timing),
             carrier=entry.optional_formula("carrier", tags),
             lift=bounded_number(entry, "lift"),
-            lift_s=bounded_number(entry, "lift_s"),
+            lift_s=bounded_number(entry, "lift_s", timing),
         )
         for entry in unique(entries(store, "plant_trips", "trip of limit", system))
     }
 
 
-def writables(store: GraphStore, system: NamedNode) -> Mapping[str, WriteRule]:
+def writables(store: GraphStore, system: NamedNode, timing: Timing) -> Mapping[str, WriteRule]:
     """Tag -> how it is commanded."""
     return {
         (tag := entry.reference("tag", Code.UNKNOWN_TAG)): WriteRule(
             tag=tag,
             tolerance=bounded_number(entry, "tolerance"),
-            confirm_s=bounded_number(entry, "confirm_s"),
+            confirm_s=bounded_number(entry, "confirm_s", timing),
             fastest=optional_bounded(entry, "fastest"),
             ramped_by=entry.word("ramped_by", Side),
             automatic=entry.flag("automatic"),
@@ -73,7 +83,7 @@ def writables(store: GraphStore, system: NamedNode) -> Mapping[str, WriteRule]:
     }
 
 
-def start_up(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag], limits: Limits) -> StartUp:
+def start_up(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag], limits: Limits, timing: Timing) -> StartUp:
     """The states of start-up, what holds in them instead of some of ``limits``, and for how long."""
     stated = {limit.name: limit for limit in limits.limits}
     states = entries(store, "plant_start_up_states", "state", system)
@@ -86,23 +96,23 @@ def start_up(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag], limi
         words = entry.words("description")
         # What leads a limit in operation says nothing of another one, which may be in another unit.
         replaced[name] = replace(stated[name], formula=formula, source=source, description=words, lead=0.0)
-    longest_s = {entry.name: bounded_number(entry, "start_up_s") for entry in states if entry.flag("start_up")}
+    longest_s = {entry.name: bounded_number(entry, "start_up_s", timing) for entry in states if entry.flag("start_up")}
     return StartUp(frozenset(longest_s), replaced, longest_s)
 
 
-def bounded_number(entry: Entry, column: str) -> float:
+def bounded_number(entry: Entry, column: str, timing: Timing = REFERENCE) -> float:
     """A number that must be there, inside the bounds of its column."""
-    return _bounded(entry, column, entry.number(column))
+    return _bounded(entry, column, entry.number(column), timing)
 
 
-def optional_bounded(entry: Entry, column: str) -> float | None:
+def optional_bounded(entry: Entry, column: str, timing: Timing = REFERENCE) -> float | None:
     """A number inside its bounds, or None."""
     value = entry.optional_number(column)
-    return None if value is None else _bounded(entry, column, value)
+    return None if value is None else _bounded(entry, column, value, timing)
 
 
-def _bounded(entry: Entry, column: str, value: float) -> float:
-    least, most = TIMES_S.get(column, (0.0, math.inf))
+def _bounded(entry: Entry, column: str, value: float, timing: Timing) -> float:
+    least, most = times_s(column, timing) if column in TIMES_S else (0.0, math.inf)
     if not least <= value <= most or (value == 0.0 and column not in _MAY_BE_ZERO):
         low = f">= {least:g}" if least or column in _MAY_BE_ZERO else "> 0"
         high = "" if math.isinf(most) else f" and <= {most:g} s"

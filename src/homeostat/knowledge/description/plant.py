@@ -12,7 +12,7 @@ from homeostat.knowledge.store.store import GraphStore
 
 def read_plant(store: GraphStore, system: NamedNode) -> PlantDescription:
     """What the graph says of ``system``, a ``CPSMod:SystemModel``; GraphError names the first thing that is wrong."""
-    name, label = root(store, system)
+    name, label, timing = root(store, system)
     found = signals(store, system)
     tags = {signal.tag.name: signal.tag for signal in found}
     stated = limits(store, system, tags)
@@ -28,11 +28,12 @@ def read_plant(store: GraphStore, system: NamedNode) -> PlantDescription:
         features=features(store, system, tags),
         symptom_rules=symptom_rules(store, system),
         parameters=model_parameters(store, system),
-        fallback_strategies=fallback_strategies(store, system),
+        fallback_strategies=fallback_strategies(store, system, timing),
         equations=equations(store, system),
-        qualities=qualities(store, system),
-        trips=trips(store, system, tags),
-        writables=writables(store, system),
+        qualities=qualities(store, system, timing),
+        trips=trips(store, system, tags, timing),
+        writables=writables(store, system, timing),
         prices=prices(store, system),
-        start_up=start_up(store, system, tags, stated),
+        start_up=start_up(store, system, tags, stated, timing),
+        timing=timing,
     )

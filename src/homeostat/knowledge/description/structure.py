@@ -8,6 +8,7 @@ from pyoxigraph import NamedNode
 from homeostat.domain.plant.description import Component, ComponentKind, ControlLoop, Equation, Relation, Signal
 from homeostat.domain.plant.parameter import ModelParameter
 from homeostat.domain.plant.tag import Role, Tag
+from homeostat.domain.plant.timing import Timing
 from homeostat.knowledge.description.entry import Entry, entries, unique
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.knowledge.store.store import GraphStore
@@ -15,13 +16,16 @@ from homeostat.knowledge.vocabulary.openmath import split
 from homeostat.stl.formula import parse_expression
 
 
-def root(store: GraphStore, system: NamedNode) -> tuple[str, str]:
-    """Name and label of the whole plant; GraphError where ``system`` is not in the graph."""
+def root(store: GraphStore, system: NamedNode) -> tuple[str, str, Timing]:
+    """Name, label and timing of the whole plant; GraphError where ``system`` is not in the graph."""
     found = unique(entries(store, "plant_root", "plant", system))
     if not found:
         thing = f"system {system.value!r}"
         raise GraphError(Code.MISSING_VALUE, thing, "is not in the graph; check its name, or build the graph")
-    return found[0].name, found[0].words("label")
+    usual = Timing()
+    tick_s = found[0].optional_number("tick") or usual.tick_s
+    timing = Timing(tick_s, found[0].optional_number("response") or usual.response_s)
+    return found[0].name, found[0].words("label"), timing
 
 
 def components(store: GraphStore, system: NamedNode) -> tuple[Component, ...]:

@@ -281,6 +281,9 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     equationText: NamedNode
     denotes: NamedNode
     hasReferenceValue: NamedNode
+    # time
+    tick: NamedNode
+    response: NamedNode
     # provenance of the graph
     SourceTable: NamedNode
     wasBuiltFrom: NamedNode

@@ -1,4 +1,4 @@
-"""What disturbances do to a true plant, second by second: its row of parameters, and the targets that people move."""
+"""What disturbances do to a true plant, tick by tick: its row of parameters, and the targets that people move."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -70,8 +70,12 @@ class Targets:
 class Disturbed:
     """Disturbances that act on one plant."""
 
-    def __init__(self, targets: Targets, disturbances: Sequence[Disturbance]) -> None:
-        """``targets``: what the plant has; DisturbanceError where it cannot have one of the ``disturbances``."""
+    def __init__(self, targets: Targets, disturbances: Sequence[Disturbance], tick_s: float) -> None:
+        """``targets``: what the plant has; ``tick_s``: how long what people change has stood when it is looked at [s].
+
+        DisturbanceError where the plant cannot have one of the ``disturbances``.
+        """
+        self._tick_s = tick_s
         found = [(targets.column(d), d) for d in disturbances]
         self._columns = tuple((column, d) for column, d in found if column is not None)
         self._inputs = tuple((targets.inputs[d.name], d) for column, d in found if d.name in targets.inputs)
@@ -101,7 +105,7 @@ class Disturbed:
         return reached
 
     def commands(self, accepted: Mapping[str, float | None], at_s: float) -> tuple[Command, ...]:
-        """What people change in the second that begins at ``at_s`` [s]; ``accepted``: the present targets.
+        """What people change in the tick that begins at ``at_s`` [s]; ``accepted``: the present targets.
 
         What somebody else has commanded meanwhile undoes what was moved before, and is what they go on from; the tag's
         range is what can be commanded.
@@ -109,7 +113,7 @@ class Disturbed:
         found: list[Command] = []
         for tag, moves in self._moves.items():
             present, shares = accepted[tag], [d.share(at_s) for d in moves]
-            before = [d.share(at_s - 1.0) for d in moves]
+            before = [d.share(at_s - self._tick_s) for d in moves]
             if present is None or shares == before:
                 continue
             base, last, undone = self._moved.get(tag, (present, math.nan, [0.0] * len(moves)))

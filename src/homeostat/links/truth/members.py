@@ -9,12 +9,12 @@ from homeostat.domain.plant.description import PlantDescription
 from homeostat.links.truth.disturbed import Disturbed, Targets
 from homeostat.links.truth.moved import Moved, end, forget_moved
 from homeostat.links.truth.process import PlantConfiguration, fault_tables
-from homeostat.process.batch import Batch, BatchResult, BatchRun
+from homeostat.process.batch import Batch, BatchResult, BatchRun, tick_of
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Cube, Table, Vec
 
-PIECE_S = 5
-"""For so long what a disturbance does to a parameter is held [s]."""
+PIECE = 5
+"""For so many ticks what a disturbance does to a parameter is held."""
 
 
 class Members:
@@ -28,7 +28,9 @@ class Members:
         self._kernel = departed.model.kernel if departed else model.kernel
         self._usual = np.concatenate([truth.parameters, departed.parameters]) if departed else truth.parameters
         self._disturbed = (
-            Disturbed(Targets(model, departed.model.departures, plant), departed.disturbances) if departed else None
+            Disturbed(Targets(model, departed.model.departures, plant), departed.disturbances, tick_of(model.kernel))
+            if departed
+            else None
         )
 
     def start(self) -> Vec:
@@ -62,38 +64,39 @@ class Members:
             moves=moved.moves if moved else None,
         )
         run = BatchRun(self._kernel, batch, self._model.states.__getitem__)
-        repaired = self._truth.repaired_s - start_s
-        every = range(0, steps, PIECE_S) if self._disturbed or moved else (0,)
+        tick_s = tick_of(self._model.kernel)
+        repaired = (self._truth.repaired_s - start_s) / tick_s
+        every = range(0, steps, PIECE) if self._disturbed or moved else (0,)
         pieces = sorted({*every, steps, *_whole(repaired, steps)})
         for reached, until in pairwise(pieces):
             if self._disturbed is not None:
                 row = self._usual.copy()
-                self._disturbed.act(self._usual, row, start_s + reached)
+                self._disturbed.act(self._usual, row, start_s + reached * tick_s)
                 run.parameters[:] = row
                 forget_moved(run.moves)
             if reached >= repaired:
                 run.severity[:], run.onset_s[:] = 0.0, np.inf
                 end(run.moves)
-            moved.hold(run.moves, run.state, run.parameters, run.severity, run.onset_s, start_s + reached)
+            moved.hold(run.moves, run.state, run.parameters, run.severity, run.onset_s, start_s + reached * tick_s)
             run.advance(until)
         return BatchResult(run.record, run.state)
 
     def _reaching(self, inputs: Cube, start_s: float, steps: int, moved: Moved) -> Cube:
-        """What of the commanded ``inputs`` reaches the plant, second by second; ``inputs`` stay as they are."""
+        """What of the commanded ``inputs`` reaches the plant, tick by tick; ``inputs`` stay as they are."""
         disturbed = self._disturbed if self._disturbed and self._disturbed.acts_on_inputs else None
         if disturbed is None and not moved:
             return inputs
         reached = inputs.copy()
-        for second in range(steps):
-            at_s = start_s + second
+        for k in range(steps):
+            at_s = start_s + k * tick_of(self._model.kernel)
             if disturbed is not None:
                 for schedule in reached:
-                    schedule[second] = disturbed.inputs(schedule[second], at_s)
+                    schedule[k] = disturbed.inputs(schedule[k], at_s)
             if at_s < self._truth.repaired_s:
-                reached[:, second] = moved.moves.arriving(reached[:, second], at_s)
+                reached[:, k] = moved.moves.arriving(reached[:, k], at_s)
         return reached
 
 
-def _whole(second: float, steps: int) -> tuple[int, ...]:
-    """``second`` as a whole number, where it lies in the ``steps``."""
-    return (math.ceil(second),) if 0.0 < second < steps else ()
+def _whole(tick: float, steps: int) -> tuple[int, ...]:
+    """``tick`` as a whole number, where it lies in the ``steps``."""
+    return (math.ceil(tick),) if 0.0 < tick < steps else ()

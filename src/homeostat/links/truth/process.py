@@ -1,4 +1,4 @@
-"""The process behind a simulated plant: a model with its own true parameters, faults and noise, second by second."""
+"""The process behind a simulated plant: a model with its own true parameters, faults and noise, tick by tick."""
 
 import math
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from homeostat.domain.snapshot import Trajectory
 from homeostat.links.truth.disturbed import Disturbed, Targets
 from homeostat.links.truth.moved import Moved, end, forget_moved
 from homeostat.links.truth.recorded import TruthRecord
-from homeostat.process.batch import ProcessError
+from homeostat.process.batch import ProcessError, tick_of
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.schedule import InputRamp
 from homeostat.process.truth import TrueModel
@@ -80,12 +80,14 @@ class TrueProcess:
             self._kernel = departed.model.kernel
             self._usual = np.concatenate([self._usual, departed.parameters])
             state = np.concatenate([state, departed.model.own_states(state)])
-            self._disturbed = Disturbed(Targets(model, departed.model.departures, plant), departed.disturbances)
+            self._disturbed = Disturbed(
+                Targets(model, departed.model.departures, plant), departed.disturbances, tick_of(model.kernel)
+            )
         self._parameters, self._state = np.array(self._usual, dtype=np.float64, ndmin=2), state.reshape(1, -1)
         self._moved = Moved(model, plant, configuration.faults)
         self._severity, self._onset = fault_tables(model, configuration.faults, self._moved)
         self._repaired_s = configuration.repaired_s
-        self._ramp = InputRamp(model.inputs, configuration.inputs)
+        self._ramp = InputRamp(model.inputs, configuration.inputs, tick_of(model.kernel))
         self._seeds = np.array([configuration.noise_seed], dtype=np.int64)
         self._noise = np.array([configuration.noise], dtype=np.float64)
         self._picks = np.empty(0, dtype=np.int64)
@@ -94,6 +96,7 @@ class TrueProcess:
         self._record = TruthRecord() if record else None
         self._writable = {tag: model.inputs.index(v) for tag, v in self._variables.items() if v in model.inputs}
         self._accepted = self._targets()
+        self._timing, self._reached = plant.timing, 0
         self.now_s = 0.0
         """Process time [s]."""
         self.end_s = configuration.end_s
@@ -110,7 +113,7 @@ class TrueProcess:
         return frozenset(tag for tag in self._writable if self._variables[tag] in self._automatic)
 
     def command(self, commands: tuple[Command, ...]) -> None:
-        """Ramp to ``commands`` from the next second on; ValueError, and none is taken, where one cannot be."""
+        """Ramp to ``commands`` from the next tick on; ValueError, and none is taken, where one cannot be."""
         if not commands:
             return  # a ramp that starts again from where it is rounds differently
         readings = self._model.readings(self._state[0], self._ramp.current)
@@ -119,7 +122,7 @@ class TrueProcess:
         self._accepted = self._targets()
 
     def advance(self) -> Mapping[str, float]:
-        """One second later: tag -> reading in the tag's unit; ProcessError where the plant left the physical world."""
+        """One tick later: tag -> reading in the tag's unit; ProcessError where the plant left the physical world."""
         moves = self._moved.moves
         if moves:
             self._parameters[0] = self._usual
@@ -141,8 +144,9 @@ class TrueProcess:
         noise = self._seeds, self._noise, self._noise
         self._kernel(0, 1, *member, self.now_s, begin, 1, 1, *noise, self._picks, self._out, broken, moves)
         if not math.isnan(broken[0]):
-            raise ProcessError(f"the simulated plant left the physical world at t = {broken[0]:.0f} s")
-        self.now_s += 1.0
+            raise ProcessError(f"the simulated plant left the physical world at t = {broken[0]:.10g} s")
+        self._reached += 1
+        self.now_s = self._timing.at_s(self._reached)
         if self._record is not None:
             self._record.append(self._state[0, : len(self._model.states)], inputs)
         readings = self._model.readings(self._state[0], inputs)
@@ -154,20 +158,20 @@ class TrueProcess:
         values = self._model.truth(states[None], inputs[None])
         signals = {tag: values[v] for tag, v in self._variables.items()}
         signals.update({name: v for name, v in values.items() if name not in signals})
-        return Trajectory(start_s=1.0, dt_s=1.0, signals=signals)
+        return Trajectory(start_s=tick_of(self._model.kernel), dt_s=tick_of(self._model.kernel), signals=signals)
 
     def measured(self) -> Trajectory:
         """What the instruments said, every tag."""
         rows = [self._model.readings(*row) for row in zip(*self._recorded.arrays(), strict=True)]
         signals = {tag: np.array([[row[v] for row in rows]]) for tag, v in self._variables.items()}
-        return Trajectory(start_s=1.0, dt_s=1.0, signals=signals)
+        return Trajectory(start_s=tick_of(self._model.kernel), dt_s=tick_of(self._model.kernel), signals=signals)
 
     @property
     def _recorded(self) -> TruthRecord:
         if self._record is None:
             raise ValueError("the truth of this plant was not recorded; open it with record=True")
         if not self._record.length:
-            raise ValueError("nothing is recorded before the first second; advance the plant first")
+            raise ValueError("nothing is recorded before the first tick; advance the plant first")
         return self._record
 
     def _targets(self) -> Mapping[str, float | None]:

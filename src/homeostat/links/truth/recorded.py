@@ -5,21 +5,21 @@ import numpy as np
 from homeostat.process.types import Table, Vec
 
 BLOCK = 1024
-"""Seconds per block."""
+"""Ticks per block."""
 
 
 class TruthRecord:
-    """States and inputs of every second so far."""
+    """States and inputs of every tick so far."""
 
     def __init__(self) -> None:
         """Nothing is recorded yet."""
         self._states: list[Table] = []
         self._inputs: list[Table] = []
         self.length = 0
-        """Seconds that are recorded."""
+        """Ticks that are recorded."""
 
     def append(self, state: Vec, inputs: Vec) -> None:
-        """Record one second: ``state`` of shape (states,), ``inputs`` of shape (inputs,); both are copied."""
+        """Record one tick: ``state`` of shape (states,), ``inputs`` of shape (inputs,); both are copied."""
         row = self.length % BLOCK
         if row == 0:
             self._states.append(np.empty((BLOCK, state.size)))
@@ -29,5 +29,5 @@ class TruthRecord:
         self.length += 1
 
     def arrays(self) -> tuple[Table, Table]:
-        """Copies of all states, shape (seconds, states), and inputs, shape (seconds, inputs); not before the first."""
+        """Copies of all states, shape (ticks, states), and inputs, shape (ticks, inputs); not before the first."""
         return np.concatenate(self._states)[: self.length], np.concatenate(self._inputs)[: self.length]

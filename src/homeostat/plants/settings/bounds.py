@@ -3,14 +3,20 @@
 import math
 from typing import Annotated, Final
 
-from pydantic import AfterValidator
+from pydantic import AfterValidator, ValidationInfo
+
+from homeostat.domain.plant.timing import Timing
 
 DAY_S: Final = 86_400.0
 """One day [s]."""
 WEEK_S: Final = 7.0 * DAY_S
 """One week [s]."""
-HISTORY_S: Final = 3_600
-"""Readings that the twin keeps, one per second: no stretch that is replayed may be longer [s]."""
+HISTORY: Final = 3_600
+"""Readings that the twin keeps, one per tick: no stretch that is replayed may be longer."""
+SAME: Final = 1e-6
+"""Share of a tick by which a whole number of them may be off [1]."""
+LONGEST: Final = 86_400
+"""Most ticks of a rollout or of a pause: a day of a plant that is sampled once per second."""
 
 
 def within(low: float, high: float, unit: str, why: str) -> AfterValidator:
@@ -22,6 +28,29 @@ def within(low: float, high: float, unit: str, why: str) -> AfterValidator:
         return value
 
     return AfterValidator(check)
+
+
+def ticks(low: float, high: float, why: str, whole: bool = False) -> AfterValidator:
+    """A time from ``low`` to ``high`` ticks of the plant whose `Timing` is the context of the validation [s].
+
+    ``whole``: whether it must be a whole number of them.
+    """
+
+    def check(value: float, info: ValidationInfo) -> float:
+        timing = timing_of(info)
+        least, most = low * timing.tick_s, high * timing.tick_s
+        if not least <= value <= most:
+            raise ValueError(f"{_shown(value)} s is outside {least:.6g} to {most:.6g} s: {why}")
+        if whole and abs(timing.at_s(timing.ticks(value)) - value) > SAME * timing.tick_s:
+            raise ValueError(f"{_shown(value)} s is no whole number of ticks of {timing.tick_s:g} s; round it")
+        return value
+
+    return AfterValidator(check)
+
+
+def timing_of(info: ValidationInfo) -> Timing:
+    """The timing of the plant whose settings are validated; that where nothing is stated without a context."""
+    return info.context if isinstance(info.context, Timing) else Timing()
 
 
 def _shown(value: float) -> str:
@@ -41,17 +70,21 @@ Finite = Annotated[float, AfterValidator(_finite)]
 """Any finite number; what the plant says about its tag bounds it further."""
 Fraction = Annotated[float, within(0.0, 1.0, "(fraction)", "it is a share or a probability")]
 """From 0 to 1."""
-SomeTime = Annotated[float, within(0.0, DAY_S, "s", "nothing is waited for longer than a day")]
+SomeTime = Annotated[float, ticks(0, LONGEST, f"nothing is waited for longer than {LONGEST} ticks")]
 """A waiting time, which may be none [s]."""
-Pause = Annotated[float, within(1.0, DAY_S, "s", "there is one sample per second, and no pause is longer than a day")]
+Pause = Annotated[
+    float, ticks(1, LONGEST, f"there is one sample per tick, and no pause is longer than {LONGEST} ticks")
+]
 """Time between two things that are repeated [s]."""
-Stretch = Annotated[int, within(1, HISTORY_S, "s", "the twin keeps an hour of readings, one per second")]
+Stretch = Annotated[int | float, ticks(1, HISTORY, f"the twin keeps {HISTORY} readings, one per tick", whole=True)]
 """Stretch of readings that is replayed [s]."""
-Rows = Annotated[int, within(1, HISTORY_S, "readings", "they are averaged, and the twin keeps an hour")]
+Rows = Annotated[int, within(1, HISTORY, "readings", f"they are averaged, and the twin keeps {HISTORY}")]
 """How many readings are averaged."""
-Horizon = Annotated[int, within(1, int(DAY_S), "s", "a rollout is simulated second by second")]
+Horizon = Annotated[int | float, ticks(1, LONGEST, "a rollout is simulated tick by tick", whole=True)]
 """Length of a rollout [s]."""
-Stride = Annotated[int, within(1, 3600, "s", "the plant is sampled once per second, and an hour has to be seen")]
+Stride = Annotated[
+    int | float, ticks(1, HISTORY, f"the plant is sampled once per tick, and {HISTORY} are kept", whole=True)
+]
 """Every how many seconds a rollout is sampled."""
 Draws = Annotated[int, within(1, 1000, "draws", "each draw is one more simulated plant per hypothesis")]
 """How many parameter draws stand for the uncertainty."""

@@ -1,4 +1,4 @@
-"""What the settings leave open and the plant's graph says: how a run starts, what is produced, errors, and figures."""
+"""What the settings leave open and the plant's graph says: starts, production, errors, times, and figures."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from homeostat.domain.plant.tag import Role, Tag
 from homeostat.knowledge.checks.intervals import bounds
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.folder import SETTINGS
-from homeostat.plants.settings.settings import FigureTable, Settings
+from homeostat.plants.settings.settings import FigureTable, Settings, with_times
 from homeostat.stl.formula import Formula
 
 LEAST_NOISE: Final = 0.1
@@ -36,9 +36,11 @@ def completed(name: str, settings: Settings, plant: PlantDescription) -> Setting
     filled = {
         "run": run,
         "objective": settings.objective.model_copy(update={"design_rate": rate}),
-        "twin": twin.model_copy(
+        "twin": with_times(twin, plant.timing).model_copy(
             update={"errors": errors, "corrected": twin.corrected or answers.corrected(errors)},
         ),
+        "monitoring": with_times(settings.monitoring, plant.timing),
+        "intervention": with_times(settings.intervention, plant.timing),
         "start": settings.start if settings.start is not None else answers.start(),
         "figure": settings.figure if settings.figure is not None else answers.figure(),
     }

@@ -6,6 +6,7 @@ from typing import Any, Final
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from homeostat.knowledge.build.timing import timing_of
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.folder import SETTINGS, PlantFiles
 from homeostat.plants.settings.settings import Settings
@@ -49,7 +50,7 @@ def _validated(files: PlantFiles) -> Settings | tuple[str, ...]:
             return (f"{where}: [patience] and [intervention] are two names of one table; keep one of them",)
         content["intervention"] = content.pop("patience")
     try:
-        return Settings.model_validate(content)
+        return Settings.model_validate(content, context=timing_of(files.folder))
     except ValidationError as error:
         found = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
         return tuple(f"{where}: {_told(each)}" for each in found)  # an unknown key may cure the others

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final, Literal, TypeAlias
+from dataclasses import fields
+from typing import Annotated, Any, Final, Literal, TypeAlias, TypeVar
 
 from annotated_types import Len
-from pydantic import BaseModel, ConfigDict, StringConstraints, model_validator
+from pydantic import BaseModel, ConfigDict, StringConstraints, ValidationInfo, model_validator
 
 from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.domain.plant.production import Production
+from homeostat.domain.plant.timing import TICK_S, Timing
 from homeostat.guard.settings import LEASE_WITHIN_S, LONGEST_LEASE_S
 from homeostat.plants.settings.bounds import (
+    HISTORY,
     WEEK_S,
     Deviation,
     Draws,
@@ -22,14 +25,18 @@ from homeostat.plants.settings.bounds import (
     SomeTime,
     Stretch,
     Stride,
+    ticks,
+    timing_of,
     within,
 )
 from homeostat.record.row import RESERVED
 from homeostat.recovery.bounds import InterventionBounds, RiskBounds
 from homeostat.twin.settings import TwinSettings
 
+WEEK_TICKS: Final = 604_800
+"""Ticks of the longest run: a week of a plant that is sampled once per second."""
 MOST_STEPS: Final = 1_000_000
-"""Simulated seconds of one hypothesis in one rollout, over all parameter draws [s]."""
+"""Simulated ticks of one hypothesis in one rollout, over all parameter draws."""
 Name: TypeAlias = Annotated[str, StringConstraints(min_length=1, max_length=120, pattern=r"^\S+$")]
 """Name of a tag, variable, state, limit or transition; whether the plant has it is checked against the plant."""
 Text: TypeAlias = Annotated[str, StringConstraints(min_length=1, max_length=200, strip_whitespace=True)]
@@ -46,12 +53,23 @@ class Table(BaseModel):
         return {name: getattr(self, name) for name in self.model_fields_set}
 
 
+class TimeTable(Table):
+    """``[time]``: how often the plant is sampled, and how fast it is; see `Timing`."""
+
+    tick_s: Annotated[float, within(0.001, 3600.0, "s", "nothing is computed faster, and somebody looks each hour")] = (
+        TICK_S
+    )
+    """Time between two samples [s]."""
+    response_s: Annotated[float, within(0.01, WEEK_S, "s", "what responds later is not recovered")] | None = None
+    """How long the slowest loop takes to respond [s]; by the reset times of the loops where it is not stated."""
+
+
 class RunTable(Table):
     """``[run]``: how long a run is."""
 
-    end_s: Annotated[float, within(10.0, WEEK_S, "s", "a run lasts some samples and at most a week")]
+    end_s: Annotated[float, ticks(10, WEEK_TICKS, f"a run lasts some samples and at most {WEEK_TICKS} ticks")]
     """Length of a run [s]."""
-    onset_s: Annotated[float, within(0.0, WEEK_S, "s", "a fault begins in the run")]
+    onset_s: Annotated[float, ticks(0, WEEK_TICKS, "a fault begins in the run")]
     """Default onset of a fault [s]."""
     started_by: Name | None = None
     """Transition whose guard holds once the plant has left start-up; see `homeostat.plants.settings.defaults`."""
@@ -130,7 +148,7 @@ class TwinTable(Table):
     misled: (
         Annotated[float, within(0.0, 0.4, "(probability)", "a twin that misleads more often is of no use")] | None
     ) = None
-    lag_error_s: Annotated[float, within(0.0, 30.0, "s", "a twin that lags by more is of no use")] | None = None
+    lag_error_s: Annotated[float, ticks(0, 30, "a twin that lags by more is of no use")] | None = None
     balances: dict[Name, BalanceTable] = {}
     unknown_growth: Annotated[float, within(0.0, 10.0, "(fraction)", "it is a share of a size")] | None = None
     lead_s: Stretch | None = None
@@ -145,18 +163,19 @@ class TwinTable(Table):
     stride: Stride | None = None
 
     @model_validator(mode="after")
-    def _fits(self) -> TwinTable:
-        twin = self.settings
+    def _fits(self, info: ValidationInfo) -> TwinTable:
+        timing = timing_of(info)
+        twin = with_times(self, timing).settings
         if twin.stride > twin.horizon_s:
             raise ValueError(f"stride = {twin.stride} s must be at most horizon_s = {twin.horizon_s} s")
         for name in ("judged_draws", "draws", "search_draws"):
-            if (steps := getattr(twin, name) * twin.horizon_s) > MOST_STEPS:
+            if (steps := getattr(twin, name) * timing.ticks(twin.horizon_s)) > MOST_STEPS:
                 raise ValueError(
-                    f"{name} x horizon_s = {steps} s is more than {MOST_STEPS} s: no rollout would end while it matters"
+                    f"{name} x horizon_s = {steps} ticks, more than {MOST_STEPS}: no rollout would end while it matters"
                 )
         if twin.lead_s > twin.replay_s:
             raise ValueError(f"lead_s = {twin.lead_s} s must be at most replay_s = {twin.replay_s} s")
-        if twin.settle_rows > twin.replay_s:
+        if twin.settle_rows > timing.ticks(twin.replay_s):
             raise ValueError(
                 f"settle_rows = {twin.settle_rows} must be at most replay_s = {twin.replay_s}, in readings"
             )
@@ -174,8 +193,8 @@ class MonitoringTable(Table):
     """``[monitoring]``: what the keys mean stands at `MonitoringSettings`."""
 
     settle_s: SomeTime | None = None
-    centre_s: Annotated[float, within(1.0, 1e6, "s", "a mean needs a sample, and 1e6 s is never")] | None = None
-    adapt_s: Annotated[float, within(600.0, 1e6, "s", "a plant that is followed at once has no symptoms")] | None = None
+    centre_s: Annotated[float, ticks(1, 1e6, "a mean needs a sample, and 1e6 ticks are never")] | None = None
+    adapt_s: Annotated[float, ticks(600, 1e6, "a plant that is followed at once has no symptoms")] | None = None
     sure: Annotated[float, within(0.5, 1.0, "(probability)", "what is less probable than not is not sure")] | None = (
         None
     )
@@ -210,6 +229,35 @@ class InterventionTable(Table):
     def settings(self) -> InterventionBounds:
         """As recovery takes them."""
         return InterventionBounds(**self.given())
+
+
+Timed = TypeVar("Timed", TwinTable, MonitoringTable, InterventionTable)
+_FILLED: Final[dict[type[Table], Any]] = {
+    TwinTable: TwinSettings,
+    MonitoringTable: MonitoringSettings,
+    InterventionTable: InterventionBounds,
+}
+"""Table with times of the plant -> the type that it fills, whose defaults are those of the reference."""
+_REPLAYED: Final = frozenset({"lead_s", "replay_s", "recent_s", "synchronise_s"})
+"""Times of which the twin keeps the readings."""
+_NOT_OF_THE_PLANT: Final = frozenset({"lag_error_s"})
+"""Times that are none where nothing is stated."""
+
+
+def with_times(table: Timed, timing: Timing) -> Timed:
+    """``table`` with the times that it leaves open as they are for a plant of this ``timing``."""
+    found: dict[str, float] = {}
+    for field in fields(_FILLED[type(table)]):
+        timed = field.name in type(table).model_fields and (field.name.endswith("_s") or field.name == "stride")
+        if not timed or field.name in table.given() or field.name in _NOT_OF_THE_PLANT:
+            continue
+        default: Any = field.default
+        value = timing.time_s(default)
+        if field.name in _REPLAYED:
+            value = min(value, HISTORY * timing.tick_s)
+        if value != default:
+            found[field.name] = value
+    return table.model_copy(update=found)
 
 
 class RiskTable(Table):
@@ -271,6 +319,8 @@ class Settings(Table):
     """IRI of the plant in its graph."""
     recipe: Literal["guard", "plant"] = "guard"
     """Who runs the nominal sequence in modes that write; in the others the plant does."""
+    time: TimeTable = TimeTable()
+    """How often the plant is sampled."""
     run: RunTable
     """How long a run is."""
     start: dict[Name, Finite] | None = None

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from homeostat.process.blocks.flowsheet import Flowsheet
-from homeostat.process.blocks.parts import fault, held
-from homeostat.process.blocks.term import Leaf, Term
+from homeostat.process.blocks.parts import Delay, fault, held
+from homeostat.process.blocks.term import TICK, Leaf, Term
 from homeostat.process.blocks.units import NONE, Unit, UnitError, of_term, read
 
 
@@ -45,7 +45,7 @@ def _read(symbol: str) -> Unit:
 
 def _leaves(sheet: Flowsheet, stated: StatedUnits, found: list[str]) -> dict[Term, Unit]:
     """The unit of each leaf that has one; what cannot be read goes to ``found``."""
-    units: dict[Term, Unit] = {}
+    units: dict[Term, Unit] = {TICK: read("s")}
 
     def note(leaf: Term, symbol: str) -> None:
         try:
@@ -75,7 +75,7 @@ def _leaves(sheet: Flowsheet, stated: StatedUnits, found: list[str]) -> dict[Ter
     for kept in sheet.memories.values():
         units[held(kept.name)] = NONE
     for each in sheet.lags.values():
-        column = getattr(each, "columns", (each.name,))[0]
+        column = each.oldest if isinstance(each, Delay) else each.name
         try:
             units[held(column)] = of_term(each.of, units, {})
         except UnitError as wrong:

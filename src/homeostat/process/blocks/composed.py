@@ -15,15 +15,15 @@ from homeostat.process.blocks.flowsheet import Flowsheet
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.resuming import resume_controllers
 from homeostat.process.blocks.source import kernel_source
-from homeostat.process.blocks.term import Leaf, Term, evaluate
+from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate
 from homeostat.process.compiled import compiled
 from homeostat.process.equipment import approach, clip, lag_share, pid_integral, pid_output, pid_tracking
 from homeostat.process.kernel import Columns, CompiledKernel
 from homeostat.process.noise import normal
 from homeostat.process.types import Cube, Table, Vec
 
-MEASURED_S = 120
-"""Seconds of readings whose mean says how what comes in has been lately."""
+MEASURED = 120
+"""Readings whose mean says how what comes in has been lately."""
 _BLOCKS: Mapping[str, Any] = {
     "math": math, "approach": approach, "clip": clip, "lag_share": lag_share, "normal": normal,
     "pid_integral": pid_integral, "pid_output": pid_output, "pid_tracking": pid_tracking,
@@ -34,12 +34,16 @@ _BLOCKS: Mapping[str, Any] = {
 class ComposedModel:
     """A :class:`~homeostat.process.model.ProcessModel` of a flowsheet; everything in it is generated."""
 
-    def __init__(self, sheet: Flowsheet, stated: Mapping[str, float], faults: Collection[str]) -> None:
+    def __init__(
+        self, sheet: Flowsheet, stated: Mapping[str, float], faults: Collection[str], tick_s: float = 1.0
+    ) -> None:
         """``stated``: symbol -> best estimate of every parameter; ``faults``: those of the plant's tables.
+
+        ``tick_s``: time between two samples of the plant [s].
 
         FlowsheetError where the flowsheet is not complete.
         """
-        self._layout = layout = Layout.of(sheet, faults)
+        self._layout = layout = Layout.of(sheet, faults, tick_s)
         self.flowsheet = sheet
         """What it follows from."""
         self.states: tuple[str, ...] = layout.states
@@ -133,7 +137,7 @@ class ComposedModel:
                 continue
             sensor, read = self.flowsheet.sensors[d.measured], readings[d.measured]
             bias = parameters[:, column(str(sensor.bias.value))]
-            mean, now = np.mean(read[-MEASURED_S:]), read[-1]
+            mean, now = np.mean(read[-MEASURED:]), read[-1]
             parameters[:, column(d.name)] = mean / (1.0 + bias) if sensor.relative else mean - bias
             states[:, at[str(d.now.value)]] = now / (1.0 + bias) if sensor.relative else now - bias
             if d.sd is not None:
@@ -166,7 +170,8 @@ class ComposedModel:
         return replay
 
     def _parameter_values(self, parameters: Vec) -> dict[Term, Any]:
-        return {Term(Leaf.PARAMETER, value=n): v for n, v in zip(self.parameters, parameters.tolist(), strict=True)}
+        named = zip(self.parameters, parameters.tolist(), strict=True)
+        return {TICK: self._layout.tick_s} | {Term(Leaf.PARAMETER, value=n): v for n, v in named}
 
 
 def _compiled(layout: Layout) -> CompiledKernel:
@@ -178,4 +183,4 @@ def _compiled(layout: Layout) -> CompiledKernel:
         room[name] = compiled(room[name])
     advance: Callable[..., None] = room["advance"]
     columns = Columns(len(layout.states), len(layout.parameters), len(layout.faults), len(layout.inputs))
-    return CompiledKernel(advance, columns, scratch=1, source=source)
+    return CompiledKernel(advance, columns, scratch=1, source=source, tick_s=layout.tick_s)

@@ -51,7 +51,7 @@ def control(c: Controller, layout: Layout, scope: Scope) -> Scope:
     scope.say(f"{used} = {setpoint}", f"{error} = {float(c.acts)!r} * (xm[{at[c.measured]}] - {used})")
     scope.say(f"{forward} = {scope.name(c.forward)}")
     if c.derivative:
-        scope.say(f"{forward} += {scope.name(c.gain('Kd'))} * ({error} - xm[{at[c.last]}])")
+        scope.say(f"{forward} += {scope.name(c.gain('Kd'))} * ({error} - xm[{at[c.last]}]) / {layout.tick_s!r}")
         scope.say(f"xm[{at[c.last]}] = {error}")
     scope.say(f"{out} = pid_output({error}, {integral} + {forward}, {scope.name(c.gain('Kp'))}, 0.0, 1.0)")
     return scope
@@ -64,7 +64,8 @@ def conclude(c: Controller, layout: Layout, scope: Scope) -> None:
     gain, reset = scope.name(c.gain("Kp")), scope.name(c.gain("Ki"))
     error, forward = f"e_{c.name}", f"ff_{c.name}"
     how, moved, inner = follows(c, layout)
-    on = f"{integral} = pid_integral({error}, {integral} + {forward}, {gain}, {reset}, 0.0, 1.0, 1.0) - {forward}"
+    terms = f"{error}, {integral} + {forward}, {gain}, {reset}, 0.0, 1.0, {layout.tick_s!r}"
+    on = f"{integral} = pid_integral({terms}) - {forward}"
     if how is not Follows.STANDS:
         command, tracked = f"xm[{at[moved[0].command]}]", ""
         by_hand = f"not math.isnan(um[k, {layout.inputs.index(moved[0].manual)}])"

@@ -9,7 +9,7 @@ import numpy as np
 
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import Delay, Sensor
-from homeostat.process.blocks.term import Leaf, Term, evaluate, leaves
+from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate, leaves
 from homeostat.process.types import Table, Vec
 
 _ROUNDS: Final = 8
@@ -119,7 +119,7 @@ class Estimation:
 
     def _values(self, x: Vec, readings: Mapping[str, float]) -> dict[Term, Any]:
         """What every leaf is in the state ``x``."""
-        values: dict[Term, Any] = dict(self._stated)
+        values: dict[Term, Any] = self._stated | {TICK: self._layout.tick_s}
         values |= {Term(Leaf.HELD, value=n): float(x[i]) for n, i in self._layout.column.items()}
         values |= {state: float(x[i]) for i, state in enumerate(self._states)}
         values |= {Term(Leaf.INPUT, value=n): readings.get(n, np.nan) for n in self._layout.inputs}
@@ -130,7 +130,7 @@ class Estimation:
         sheet, at = self._layout.sheet, self._layout.column
         for each in sheet.lags.values():
             stands = float(evaluate(each.of, values))
-            for column in each.columns if isinstance(each, Delay) else (each.name,):
+            for column in each.columns(self._layout.tick_s) if isinstance(each, Delay) else (each.name,):
                 x[at[column]] = values[Term(Leaf.HELD, value=column)] = stands
         for s in sheet.sensors.values():
             x[[at[s.true], at[s.ideal]]] = evaluate(s.of, values)

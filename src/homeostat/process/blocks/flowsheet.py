@@ -23,8 +23,8 @@ from homeostat.process.blocks.parts import (
 from homeostat.process.blocks.term import ZERO, Leaf, Operand, Term, leaves, term
 
 _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,40}")
-LONGEST_DELAY_S: Final = 600
-"""Longest dead time [s]: each second of it is a number that every member carries."""
+LONGEST_DELAY: Final = 600
+"""Longest dead time, and analyser's time, in ticks: each of a dead time is a number that every member carries."""
 
 
 class FlowsheetError(ValueError):
@@ -39,11 +39,11 @@ class Flowsheet:
     """
 
     def __init__(self, parts: int = 1) -> None:
-        """``parts``: steps of the integration (Runge-Kutta 4) in a second."""
+        """``parts``: steps of the integration (Runge-Kutta 4) in a tick."""
         if not 1 <= parts <= 100:
-            raise FlowsheetError(f"parts = {parts}: a second is integrated in 1 to 100 steps")
+            raise FlowsheetError(f"parts = {parts}: a tick is integrated in 1 to 100 steps")
         self.parts = parts
-        """Steps of the integration in a second."""
+        """Steps of the integration in a tick."""
         self.states: dict[str, State] = {}
         self.actuators: dict[str, Actuator] = {}
         self.controllers: dict[str, Controller] = {}
@@ -135,14 +135,15 @@ class Flowsheet:
         """A controller and the actuator that it drives."""
         return self.actuator(drives, self.controller(name, measured, acts, forward).output)
 
-    def sensor(self, name: str, of: Term, relative: bool = False, step: float = 0.0, every_s: int = 1) -> Term:
+    def sensor(self, name: str, of: Term, relative: bool = False, step: float = 0.0, every_s: float = 0.0) -> Term:
         """A transmitter of ``of`` with calibration error ``bias_NAME`` and noise ``sd_NAME``; gives its reading.
 
-        ``relative``: both are shares of the reading; ``step``: what it rounds to; ``every_s``: an analyser's time [s].
+        ``relative``: both are shares of the reading; ``step``: what it rounds to; ``every_s``: an analyser's time [s];
+        it shows something new with each tick where that is 0.
         """
         self._take(name)
-        if not (isinstance(every_s, int) and 1 <= every_s <= 3600) or not 0.0 <= step < float("inf"):
-            raise FlowsheetError(f"sensor {name}: every_s = {every_s} must be 1 to 3600 s, step = {step:g} at least 0")
+        if not (0.0 <= every_s < float("inf") and 0.0 <= step < float("inf")):
+            raise FlowsheetError(f"sensor {name}: every_s = {every_s:g} s and step = {step:g} must be at least 0")
         self.sensors[name] = Sensor(name, term(of), relative, step, every_s)
         for each in self.disturbances.values():
             if of == each.now and each.measured is None:
@@ -165,16 +166,16 @@ class Flowsheet:
         self.lags[name] = Lag(name, of, term(tau))
         return held(name)
 
-    def delay(self, name: str, of: Term, seconds: int) -> Term:
-        """``of`` as it was ``seconds`` ago."""
+    def delay(self, name: str, of: Term, seconds: float) -> Term:
+        """``of`` as it was ``seconds`` ago, in whole ticks."""
         self._take(name)
-        if not (isinstance(seconds, int) and 1 <= seconds <= LONGEST_DELAY_S):
-            raise FlowsheetError(f"delay {name}: {seconds!r} s must be a whole number within 1 and {LONGEST_DELAY_S}")
+        if not 0.0 < seconds < float("inf"):
+            raise FlowsheetError(f"delay {name}: {seconds!r} s must be more than 0 s, and have an end")
         made = self.lags[name] = Delay(name, of, seconds)
-        return held(made.columns[0])
+        return held(made.oldest)
 
     def memory(self, name: str, update: Callable[[Term], Term], start: float = 0.0) -> Term:
-        """A number that is kept; each second it becomes ``update`` of what it was.
+        """A number that is kept; each tick it becomes ``update`` of what it was.
 
         A latch: ``memory("tripped", lambda was: where(level > "L_trip", 1.0, was))``.
         """
@@ -219,8 +220,8 @@ class Flowsheet:
                     raise FlowsheetError(f"{what} uses the true {leaf.value!r}; it can only know what a sensor shows")
         return rates
 
-    def columns(self) -> Iterator[str]:
-        """Columns of the states, but for those of sensors and quantities."""
+    def columns(self, tick_s: float = 1.0) -> Iterator[str]:
+        """Columns of the states for a plant of this tick [s], but for those of sensors and quantities."""
         yield from self.states
         for a in self.actuators.values():
             yield from (*a.positions, a.command, f"{a.name}_rate", f"{a.name}_travel")
@@ -230,7 +231,7 @@ class Flowsheet:
                 yield c.last
         yield from self.memories
         for each in self.lags.values():
-            yield from each.columns if isinstance(each, Delay) else (each.name,)
+            yield from each.columns(tick_s) if isinstance(each, Delay) else (each.name,)
         for d in self.disturbances.values():
             yield from (str(d.now.value), d.coloured)
 

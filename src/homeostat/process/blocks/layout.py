@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from homeostat.process.blocks.flowsheet import Flowsheet, FlowsheetError
-from homeostat.process.blocks.parts import Disturbance
+from homeostat.process.blocks.flowsheet import LONGEST_DELAY, Flowsheet, FlowsheetError
+from homeostat.process.blocks.parts import Delay, Disturbance
 from homeostat.process.blocks.term import Leaf, Term, leaves
 
 
@@ -20,11 +20,20 @@ class Layout:
     """State -> its rate of change per second."""
     faults: tuple[str, ...]
     """Faults that the plant's tables have; the flowsheet's others are 0 for ever."""
+    tick_s: float = 1.0
+    """Time between two samples of the plant [s]."""
 
     @classmethod
-    def of(cls, sheet: Flowsheet, faults: Collection[str]) -> Layout:
-        """The layout of ``sheet`` for a plant whose tables have ``faults``; FlowsheetError where it is not complete."""
-        made = cls(sheet, sheet.complete(), tuple(name for name in sheet.faults if name in faults))
+    def of(cls, sheet: Flowsheet, faults: Collection[str], tick_s: float = 1.0) -> Layout:
+        """The layout of ``sheet`` for a plant of this tick [s] whose tables have ``faults``.
+
+        FlowsheetError where it is not complete, or a dead time takes too many ticks.
+        """
+        for each in sheet.lags.values():
+            if isinstance(each, Delay) and each.seconds > LONGEST_DELAY * tick_s:
+                long = f"delay {each.name}: {each.seconds:g} s are more than {LONGEST_DELAY} ticks of {tick_s:g} s"
+                raise FlowsheetError(f"{long}; shorten it, or give [time] a longer tick_s")
+        made = cls(sheet, sheet.complete(), tuple(name for name in sheet.faults if name in faults), tick_s)
         twice = [name for i, name in enumerate(made.states) if name in made.states[:i]]
         if twice:
             raise FlowsheetError(f"{twice[0]!r} is the column of two parts; give a sensor or a quantity another name")
@@ -34,7 +43,7 @@ class Layout:
     def states(self) -> tuple[str, ...]:
         """Columns of the states."""
         shown = [name for s in self.sheet.sensors.values() for name in (s.true, s.ideal, s.name)]
-        return (*self.sheet.columns(), *shown, *self.sheet.quantities)
+        return (*self.sheet.columns(self.tick_s), *shown, *self.sheet.quantities)
 
     @cached_property
     def inputs(self) -> tuple[str, ...]:

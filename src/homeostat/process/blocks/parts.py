@@ -155,12 +155,16 @@ class Delay:
 
     name: str
     of: Term
-    seconds: int
+    seconds: float
 
     @property
-    def columns(self) -> tuple[str, ...]:
-        """Where it is remembered; the first is the oldest."""
-        return tuple(f"{self.name}_{k}" for k in range(self.seconds))
+    def oldest(self) -> str:
+        """Column of what it was then."""
+        return f"{self.name}_0"
+
+    def columns(self, tick_s: float) -> tuple[str, ...]:
+        """Where it is remembered, once for each tick; the first is the oldest."""
+        return tuple(f"{self.name}_{k}" for k in range(max(round(self.seconds / tick_s), 1)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +218,7 @@ class Sensor:
     """Whether bias and noise are shares of the reading [1]."""
     step: float
     """Smallest difference that it shows, in its unit; 0 for none."""
-    every_s: int
+    every_s: float
     """Seconds between two readings: an analyser has its time."""
 
     @property

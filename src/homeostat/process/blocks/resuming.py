@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from homeostat.process.blocks.control import follows
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import Actuator, Controller
-from homeostat.process.blocks.term import Leaf, Term, evaluate
+from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate
 from homeostat.process.equipment import pid_integral
 from homeostat.process.types import Table, Vec
 
@@ -22,7 +22,7 @@ def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec
     worked out from row k - 1; ``parameters``: shape (parameters,).
     """
     values = {Term(Leaf.PARAMETER, value=n): float(v) for n, v in zip(layout.parameters, parameters, strict=True)}
-    values |= {Term(Leaf.FAULT, value=n): 0.0 for n in layout.sheet.faults}
+    values |= {TICK: layout.tick_s} | {Term(Leaf.FAULT, value=n): 0.0 for n in layout.sheet.faults}
     recorded = {Term(Leaf.HELD, value=n): v[:-1] for n, v in readings.items() if n in layout.column}
     recorded |= {Term(Leaf.INPUT, value=n): v[:-1] for n, v in readings.items() if n in layout.inputs}
     for name, i in layout.column.items():
@@ -42,7 +42,7 @@ def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec
         if given is None:
             continue
         states[:, at[str(c.output.value)]] = given[0][-1]
-        tuning = values[c.gain("Kp")], values[c.gain("Ki")]
+        tuning = values[c.gain("Kp")], values[c.gain("Ki")] * layout.tick_s
         states[:, at[c.integral]] = _integral(error, forward, *given, tuning)
 
 
@@ -86,7 +86,7 @@ def _inverse(of: Term, output: Term, wanted: Vec, known: dict[Term, object]) -> 
 def _integral(error: Vec, forward: Vec, output: Vec, by_hand: NDArray[np.bool_], tuning: tuple[float, float]) -> float:
     """The integral term after the last row, followed from the last row in which the output tells it.
 
-    It does where the output is inside its limits, or by hand.
+    ``tuning``: gain, and reset per tick. It does where the output is inside its limits, or by hand.
     """
     gain, reset = tuning
     told = np.flatnonzero(((output > 1e-9) & (output < 1.0 - 1e-9)) | by_hand)

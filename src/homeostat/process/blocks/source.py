@@ -1,7 +1,8 @@
-"""The kernel of a flowsheet as source code: one second of one member, straight on, as an engineer would write it.
+"""The kernel of a flowsheet as source code: one tick of one member, straight on, as an engineer would write it.
 
-Each second: controllers read what was measured last; actuators follow their commands; what comes from outside, lags and
-dead times; the balances with Runge-Kutta 4, positions held; instruments.
+Each tick: controllers read what was measured last; actuators follow their commands; what comes from outside, lags and
+dead times; the balances with Runge-Kutta 4, positions held; instruments. Times within `SAME_S` are the same: sums of
+ticks are rounded.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ from typing import Final, final
 from homeostat.process.blocks.control import conclude, control
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import Actuator, Delay, Disturbance, Lag, Sensor
-from homeostat.process.blocks.term import Leaf, Term
-from homeostat.process.blocks.writing import MEMBER, SECOND, Scope, function
+from homeostat.process.blocks.term import TICK, Leaf, Term
+from homeostat.process.blocks.writing import EACH_TICK, MEMBER, Scope, function
+from homeostat.process.moving import SAME_S
 
 _HEAD: Final = (
     "def advance(first, last, x, p, sev, onset, u, u_of, t0, begin, steps, stride, seeds, process, sensor, picks, out,",
@@ -36,36 +38,36 @@ class _Source:
     """Writes the source of one layout."""
 
     def __init__(self, layout: Layout) -> None:
-        self._layout, self._sheet, self._at = layout, layout.sheet, layout.column
+        self._layout, self._sheet, self._at, self._tick = layout, layout.sheet, layout.column, repr(layout.tick_s)
         self._states = tuple(s.term for s in layout.sheet.states.values())
         parameters = {Term(Leaf.PARAMETER, value=n): f"p{i}" for i, n in enumerate(layout.parameters)}
         held = {Term(Leaf.HELD, value=n): f"xm[{i}]" for i, n in enumerate(layout.states)}
         inputs = {Term(Leaf.INPUT, value=n): f"um[k, {i}]" for i, n in enumerate(layout.inputs)}
         faults = {Term(Leaf.FAULT, value=n): "0.0" for n in layout.sheet.faults}
         faults |= {Term(Leaf.FAULT, value=n): f"f{i}" for i, n in enumerate(layout.faults)}
-        self._member = Scope(parameters, MEMBER, "w")
+        self._member = Scope(parameters | {TICK: self._tick}, MEMBER, "w")
         states = {state: f"xm[{i}]" for i, state in enumerate(self._states)}
-        self._second = Scope(held | inputs | faults | states, SECOND, "s", self._member)
+        self._each = Scope(held | inputs | faults | states, EACH_TICK, "s", self._member)
 
     def text(self) -> str:
         """The whole source."""
         slopes, needs = function("slopes", self._states, list(self._layout.rates.values()))
         shown = [*(s.of for s in self._sheet.sensors.values()), *(q.of for q in self._sheet.quantities.values())]
         measures, wants = function("measures", self._states, shown)
-        body = self._whole_second(needs, wants)
+        body = self._whole_tick(needs, wants)
         physical = " and ".join(f"-{_MOST} < xm[{i}] < {_MOST}" for i in range(len(self._states)))
         lines = [
             *slopes, "", *measures, "", *_HEAD,
             f"        if not ({physical}):",
-            "            broken_at[m] = t0 + begin[m]",
+            f"            broken_at[m] = t0 + begin[m] * {self._tick}",
             "            continue",
             *(f"        p{i} = pm[{i}]" for i in range(len(self._layout.parameters))),
             *(f"        {line}" for line in self._member.lines),
             "        for k in range(begin[m], steps):",
-            "            t = t0 + k",
+            f"            t = t0 + k * {self._tick}",
             *(f"            {line}" for line in body),
             f"            if not ({physical}):",
-            "                broken_at[m] = t + 1.0",
+            f"                broken_at[m] = t + {self._tick}",
             "                break",
             "            if k % stride == stride - 1:",
             "                for j in range(picks.shape[0]):",
@@ -74,9 +76,9 @@ class _Source:
         ]  # fmt: skip
         return "\n".join(lines) + "\n"
 
-    def _whole_second(self, needs: Sequence[Term], wants: Sequence[Term]) -> list[str]:
-        scope = self._second
-        scope.say(*(f"f{i} = sm[{i}] if t >= om[{i}] else 0.0" for i in range(len(self._layout.faults))))
+    def _whole_tick(self, needs: Sequence[Term], wants: Sequence[Term]) -> list[str]:
+        scope = self._each
+        scope.say(*(f"f{i} = sm[{i}] if t >= om[{i}] - {SAME_S!r} else 0.0" for i in range(len(self._layout.faults))))
         for m in self._sheet.memories.values():
             scope.say(f"xm[{self._at[m.name]}] = {scope.name(m.update)}")
             scope = scope.forget()
@@ -96,7 +98,7 @@ class _Source:
         self._integrate([scope.name(each) for each in needs], scope)
         given = [*(f"y{i}" for i in range(len(self._states))), *(scope.name(each) for each in wants)]
         named = [f"q{i}" for i in range(len(self._sheet.sensors) + len(self._sheet.quantities))]
-        scope.say(f"{', '.join(named)}, = measures({', '.join(given)})", "second = math.floor(t + 1.5)")
+        scope.say(f"{', '.join(named)}, = measures({', '.join(given)})", f"tick = math.floor(t / {self._tick} + 1.5)")
         for i, s in enumerate(self._sheet.sensors.values()):
             scope.say(*self._show(s, i))
         for i, name in enumerate(self._sheet.quantities, start=len(self._sheet.sensors)):
@@ -104,7 +106,7 @@ class _Source:
         return scope.lines
 
     def _act(self, a: Actuator, scope: Scope) -> Scope:
-        """The command that reaches an actuator, and where it stands after a second."""
+        """The command that reaches an actuator, and where it stands after a tick."""
         at, command = self._at, f"xm[{self._at[a.command]}]"
         scope.say(f"by_hand = um[k, {self._layout.inputs.index(a.manual)}]")
         automatic = command if a.automatic is None else scope.name(a.automatic)
@@ -122,8 +124,8 @@ class _Source:
         return scope
 
     def _share(self, tau: Term) -> str:
-        """Share of its way that a lag goes in a second: a number of the member."""
-        return self._member.kept(Term("share", (tau,)), f"lag_share({self._member.name(tau)}, 1.0)")
+        """Share of its way that a lag goes in a tick: a number of the member."""
+        return self._member.kept(Term("share", (tau,)), f"lag_share({self._member.name(tau)}, {self._tick})")
 
     def _disturb(self, d: Disturbance, channel: int, scope: Scope) -> None:
         mean = self._member.name(Term(Leaf.PARAMETER, value=d.name))
@@ -133,7 +135,9 @@ class _Source:
             scope.say(f"{now} = {mean}")
         else:
             share = "1.0" if d.tau is None else self._share(d.tau)
-            drawn = f"{noise} += {share} * (loud * normal(seed, math.floor(t + 0.5), {channel}) - {noise})"
+            drawn = (
+                f"{noise} += {share} * (loud * normal(seed, math.floor(t / {self._tick} + 0.5), {channel}) - {noise})"
+            )
             scope.say("if loud > 0.0:", f"    {drawn}", f"{now} = {mean} + {sd} * {noise}")
         if d.measured is not None:
             sensor = self._sheet.sensors[d.measured]
@@ -145,40 +149,44 @@ class _Source:
                 scope.say(f"    if {sd} > 0.0:", f"        {noise} = ({now} - {mean}) / {sd}")
 
     def _follow(self, each: Lag | Delay, scope: Scope) -> None:
-        """A lag, or a dead time, by a second."""
+        """A lag, or a dead time, by a tick."""
         value = scope.name(each.of)
         if isinstance(each, Lag):
             own = f"xm[{self._at[each.name]}]"
             scope.say(f"{own} += {self._share(each.tau)} * ({value} - {own})")
             return
-        first, last = self._at[each.columns[0]], self._at[each.columns[-1]]
+        columns = each.columns(self._layout.tick_s)
+        first, last = self._at[columns[0]], self._at[columns[-1]]
         scope.say(f"for j in range({first}, {last}):", "    xm[j] = xm[j + 1]", f"xm[{last}] = {value}")
 
     def _integrate(self, given: Sequence[str], scope: Scope) -> None:
-        """Runge-Kutta 4 over a second with everything held that is no state."""
+        """Runge-Kutta 4 over a tick with everything held that is no state."""
         n, parts = len(self._states), self._sheet.parts
         ys = [f"y{i}" for i in range(n)]
         scope.say(*(f"{y} = xm[{i}]" for i, y in enumerate(ys)))
         inner = list(_runge_kutta(ys, given))
         if parts == 1:
-            scope.say("h = 1.0", *inner)
+            scope.say(f"h = {self._tick}", *inner)
         else:
-            scope.say(f"h = {1.0 / parts!r}", f"for _ in range({parts}):", *(f"    {line}" for line in inner))
+            scope.say(
+                f"h = {self._layout.tick_s / parts!r}", f"for _ in range({parts}):", *(f"    {line}" for line in inner)
+            )
         for i, state in enumerate(self._sheet.states.values()):
             if state.least is not None:
                 scope.say(f"y{i} = max(y{i}, {state.least!r})")
         scope.say(*(f"xm[{i}] = {y}" for i, y in enumerate(ys)))
 
     def _show(self, s: Sensor, channel: int) -> Iterator[str]:
-        """What a transmitter shows of ``q`` at the end of the second."""
+        """What a transmitter shows of ``q`` at the end of the tick."""
         bias, sd = self._member.name(s.bias), self._member.name(s.noise)
         true, ideal, shown = (f"xm[{self._at[name]}]" for name in (s.true, s.ideal, s.name))
-        noise = f"noisy * {sd} * normal(seed, second, {channel})"
+        noise = f"noisy * {sd} * normal(seed, tick, {channel})"
         yield f"{true} = q{channel}"
         yield f"{ideal} = {true} * (1.0 + {bias})" if s.relative else f"{ideal} = {true} + {bias}"
-        within = "" if s.every_s == 1 else "    "
+        every = max(round(s.every_s / self._layout.tick_s), 1)
+        within = "" if every == 1 else "    "
         if within:
-            yield f"if second % {s.every_s} == 0:"
+            yield f"if tick % {every} == 0:"
         yield f"{within}{shown} = {ideal}"
         yield f"{within}if noisy > 0.0:"
         yield f"{within}    {shown} *= 1.0 + {noise}" if s.relative else f"{within}    {shown} += {noise}"

@@ -20,13 +20,15 @@ class Leaf(Enum):
     STATE = "state"
     """What a balance is integrated of."""
     HELD = "held"
-    """A column of the states that stays as it is for a second: a position, an output, a reading."""
+    """A column of the states that stays as it is for a tick: a position, an output, a reading."""
     PARAMETER = "parameter"
     """A constant that the plant's tables state."""
     INPUT = "input"
     """What is commanded from outside."""
     FAULT = "fault"
     """Severity of a fault that has begun, else 0."""
+    TICK = "tick"
+    """Time between two samples of the plant [s]."""
 
 
 @final
@@ -133,6 +135,8 @@ def number(value: float, unit: str) -> Term:
 
 ZERO: Final = Term("number", value=0.0)
 ONE: Final = Term("number", value=1.0)
+TICK: Final = Term(Leaf.TICK)
+"""The time between two samples of the plant [s]."""
 
 
 def _folded(op: str, a: Term, b: Term) -> Term:

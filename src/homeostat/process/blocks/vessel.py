@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from typing import final
 
 from homeostat.process.blocks.flowsheet import Flowsheet, FlowsheetError
-from homeostat.process.blocks.term import ZERO, Operand, Term, maximum, minimum, number, term
+from homeostat.process.blocks.term import TICK, ZERO, Operand, Term, maximum, minimum, number, term
 
 
 @final
@@ -42,9 +42,9 @@ class Vessel:
 
     @property
     def wet(self) -> Term:
-        """Its volume where something is divided by it: never less than the heel, or than what comes in in a second."""
+        """Its volume where something is divided by it: never less than the heel, or than what comes in in a tick."""
         inflow = sum((flow for flow, _, _ in self._inflows), ZERO)
-        return maximum(self.volume, maximum(self._heel, inflow * number(1.0, "s")))
+        return maximum(self.volume, maximum(self._heel, inflow * TICK))
 
     def heated(self, start: Operand, capacity: Operand, unit: str = "K") -> Term:
         """Keep account of its temperature [``unit``]; ``capacity``: heat that a unit of volume takes up per kelvin."""
@@ -67,8 +67,8 @@ class Vessel:
         self._inflows.append((flow, None if temperature is None else term(temperature), concentrations))
 
     def draw(self, flow: Term) -> Term:
-        """``flow`` leaves, and never more than half of what is there in a second; gives what does."""
-        out = minimum(flow, self.volume / number(2.0, "s"))
+        """``flow`` leaves, and never more than half of what is there in a tick; gives what does."""
+        out = minimum(flow, self.volume / (2.0 * TICK))
         self._outflows.append(out)
         return out
 

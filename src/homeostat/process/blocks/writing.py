@@ -7,14 +7,21 @@ from typing import Final, final
 
 from homeostat.process.blocks.term import Leaf, Term
 
-MEMBER, SECOND, STAGE = 0, 1, 2
-"""How often a term changes: with the member, each second, or within it, with the states."""
+MEMBER, EACH_TICK, STAGE = 0, 1, 2
+"""How often a term changes: with the member, each tick, or within it, with the states."""
 _CODE: Final[Mapping[str, str]] = {
     "add": "{} + {}", "sub": "{} - {}", "mul": "{} * {}", "div": "{} / {}", "pow": "math.pow({}, {})", "abs": "abs({})",
     "exp": "math.exp({})", "log": "math.log({})", "sqrt": "math.sqrt(max({}, 0.0))", "min": "min({}, {})",
     "max": "max({}, {})", "unit": "{}", "lt": "{} < {}", "le": "{} <= {}", "where": "{1} if {0} else {2}",
 }  # fmt: skip
-_OFTEN: Final = {Leaf.PARAMETER: MEMBER, Leaf.INPUT: SECOND, Leaf.FAULT: SECOND, Leaf.HELD: SECOND, Leaf.STATE: STAGE}
+_OFTEN: Final = {
+    Leaf.PARAMETER: MEMBER,
+    Leaf.TICK: MEMBER,
+    Leaf.INPUT: EACH_TICK,
+    Leaf.FAULT: EACH_TICK,
+    Leaf.HELD: EACH_TICK,
+    Leaf.STATE: STAGE,
+}
 
 
 def how_often(term: Term) -> int:
@@ -71,7 +78,7 @@ class Scope:
 
 
 def function(name: str, states: Sequence[Term], outputs: Sequence[Term]) -> tuple[list[str], tuple[Term, ...]]:
-    """Source of a function of the states, and of terms that do not change within a second: its lines, and these terms.
+    """Source of a function of the states, and of terms that do not change within a tick: its lines, and these terms.
 
     It takes ``y0``, ``y1`` and so on for ``states`` and ``h0``, ``h1`` and so on for the other terms, and returns a
     tuple of ``outputs``.
@@ -88,7 +95,7 @@ def function(name: str, states: Sequence[Term], outputs: Sequence[Term]) -> tupl
 
 
 def _frontier(term: Term, given: dict[Term, str]) -> None:
-    """Collect the largest parts of ``term`` that do not change within a second."""
+    """Collect the largest parts of ``term`` that do not change within a tick."""
     if term.op == "number" or term in given:
         return
     if how_often(term) < STAGE:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.tag import Role
+from homeostat.record.figure.clock import Clock
 from homeostat.record.figure.lines import draw_lines
 from homeostat.record.figure.marks import draw_marks, explained, strip_rows
 from homeostat.record.figure.panel import LinePanel, StripPanel
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BEFORE_S: Final = 300.0
-"""How much of a run is shown before the onset [s]."""
+"""How much of a run is shown before the onset, by the reference [s]."""
 AFTER: Final = 0.06
 """How much is shown after the last moment of a completed batch, as part of the time until then [1]."""
 _WIDTH: Final = 11.0
@@ -57,7 +58,8 @@ def compose(run: ShownRun) -> Figure:
     plant = run.plant
     machine = plant.description.machine
     first_s, last_s = window(run)
-    marks = explained(run, machine)
+    clock = Clock((first_s, last_s), plant.description.timing)
+    marks = explained(run, machine, clock)
     states = rows(machine, run.record, first_s, last_s)
     heights = [_LINES if isinstance(panel, LinePanel) else _ROW * len(panel.tags) for panel in plant.panels]
     strip, *axes = _stack([_ROW * strip_rows(marks, run), *heights, _ROW * len(states)])
@@ -72,12 +74,12 @@ def compose(run: ShownRun) -> Figure:
             case StripPanel():
                 draw_strips(axis, panel, run.truth)
     draw_states(axes[-1], states)
-    draw_marks(strip, axes, marks, run)
+    draw_marks(strip, axes, marks, run, clock)
     axes[-1].tick_params(axis="x", labelsize=9, labelbottom=True)
-    axes[-1].set_xlabel("Process time [s]", fontsize=9.5)
+    clock.mark(axes[-1])
     figure = axes[-1].figure.get_figure(root=True)
     assert figure is not None
-    _caption(figure, run, (first_s, last_s))
+    _caption(figure, run, f"{clock.told(first_s)} to {clock.told(last_s)} of {clock.told(run.scenario.end_s)}")
     return figure
 
 
@@ -85,7 +87,7 @@ def window(run: ShownRun) -> tuple[float, float]:
     """Part of the run that is shown [s]: from before the onset to its end; of a batch that was completed, all of it."""
     onset_s, end_s = run.scenario.onset_s or 0.0, run.scenario.end_s
     if run.complete_s is None:
-        return max(0.0, onset_s - BEFORE_S), end_s
+        return max(0.0, onset_s - run.plant.description.timing.time_s(BEFORE_S)), end_s
     record = run.record
     moments = [at_s for at_s, _ in (*record.fallbacks, *record.diagnosed)]
     moments += [at_s for _, at_s in record.states] + [release.at_s for release in record.releases]
@@ -111,8 +113,8 @@ def _stack(heights: Sequence[float]) -> list[Axes]:
     return axes
 
 
-def _caption(figure: Figure, run: ShownRun, shown: tuple[float, float]) -> None:
-    """Title and how to read the picture."""
+def _caption(figure: Figure, run: ShownRun, shown: str) -> None:
+    """Title and how to read the picture; ``shown``: how much of the run there is."""
     plant, sizes = run.plant, []
     for fault in run.scenario.faults:
         unit = plant.description.fault(fault.fault).severity_unit
@@ -126,7 +128,7 @@ def _caption(figure: Figure, run: ShownRun, shown: tuple[float, float]) -> None:
     figure.text(left, 1 - 0.2 / height, title, fontsize=12, fontweight="bold", va="center")
     outcome = f"{_ENDINGS[run.outcome]}. At the end: {end}."
     figure.text(left, 1 - 0.42 / height, outcome, fontsize=10.5, va="center")
-    span = f"Shown: {shown[0]:.0f} s to {shown[1]:.0f} s of {run.scenario.end_s:.0f} s."
+    span = f"Shown: {shown}."
     figure.text(left, 1 - 0.63 / height, f"{span} {_key(plant)}", fontsize=8.5, color="#555555", va="center")
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from homeostat.domain.plant.state_machine import StateMachine
+from homeostat.record.figure.clock import Clock
 from homeostat.record.figure.shown import GroundTruth, ShownRun
 from homeostat.record.releases import Release
 
@@ -43,7 +44,7 @@ def strip_rows(marks: Sequence[Mark], run: ShownRun) -> int:
     return len(marks) + _quiet(run) + (len(run.record.releases) > 1)
 
 
-def draw_marks(strip: Axes, panels: Sequence[Axes], marks: Sequence[Mark], run: ShownRun) -> None:
+def draw_marks(strip: Axes, panels: Sequence[Axes], marks: Sequence[Mark], run: ShownRun, clock: Clock) -> None:
     """Draw every moment; later releases are thin lines with their times."""
     total = strip_rows(marks, run)
     strip.set_ylim(0.0, total)
@@ -61,7 +62,7 @@ def draw_marks(strip: Axes, panels: Sequence[Axes], marks: Sequence[Mark], run: 
     for moment in later:
         for axis in panels:
             axis.axvline(moment.at_s, color=_RELEASED, linewidth=0.6, alpha=0.7, zorder=2)
-    _write_times(strip, later, _CROWDED * (last_s - first_s))
+    _write_times(strip, later, _CROWDED * (last_s - first_s), clock)
 
 
 def _quiet(run: ShownRun) -> bool:
@@ -69,12 +70,12 @@ def _quiet(run: ShownRun) -> bool:
     return not (run.record.diagnosed or run.record.releases or run.record.fallbacks)
 
 
-def _write_times(strip: Axes, later: Sequence[Release], apart_s: float) -> None:
+def _write_times(strip: Axes, later: Sequence[Release], apart_s: float, clock: Clock) -> None:
     """Times of later releases on the lowest line, where there is room."""
     written_s = -apart_s
     for number, moment in enumerate(later):
         if number == 0 or moment.at_s - written_s >= apart_s:
-            words = f"released {moment.at_s:.0f} s" if number == 0 else f"{moment.at_s:.0f}"
+            words = f"released {clock.told(moment.at_s)}" if number == 0 else clock.number(moment.at_s)
             _write(strip, words, moment.at_s, 0.4, 7.5, _RELEASED)
             written_s = moment.at_s
 
@@ -96,26 +97,30 @@ def _write(strip: Axes, words: str, at_s: float, height: float, size: float, col
         text.set(x=-4, ha="right")
 
 
-def explained(run: ShownRun, machine: StateMachine) -> list[Mark]:
+def explained(run: ShownRun, machine: StateMachine, clock: Clock) -> list[Mark]:
     """Onset, detection, first release, first fallback and completion, as far as they happened, in order of time."""
     onset = run.scenario.onset_s
     labels = {state.name: state.label for state in machine.states}
     marks = []
     for at_s, what in _beginnings(run.scenario):
-        marks.append(Mark(at_s, f"{what} begins, {at_s:g} s", _ONSET, (0, (2, 2))))
+        marks.append(Mark(at_s, f"{what} begins, {_begun(at_s, clock)}", _ONSET, (0, (2, 2))))
     if run.detected_s is not None:
-        marks.append(Mark(run.detected_s, f"detected{_when(run.detected_s, onset)}", _DETECTED, "solid"))
+        marks.append(Mark(run.detected_s, f"detected{_when(run.detected_s, onset, clock)}", _DETECTED, "solid"))
     if run.record.releases:
         first = run.record.releases[0]
-        words = f"released{_when(first.at_s, onset)}, to reach {labels.get(first.target, first.target)!r}"
+        words = f"released{_when(first.at_s, onset, clock)}, to reach {labels.get(first.target, first.target)!r}"
         marks.append(Mark(first.at_s, words, _RELEASED, "solid"))
     if run.record.fallbacks:
         at_s, acted = run.record.fallbacks[0]
-        marks.append(Mark(at_s, f"fallback {acted.strategy!r} activated{_when(at_s, onset)}", _FALLBACK, "solid"))
+        marks.append(
+            Mark(at_s, f"fallback {acted.strategy!r} activated{_when(at_s, onset, clock)}", _FALLBACK, "solid")
+        )
     if run.complete_s is not None:
-        nominal = f" (without the fault {run.nominal_s:.0f} s)" if onset is not None and run.nominal_s else ""
+        nominal = f" (without the fault {clock.told(run.nominal_s)})" if onset is not None and run.nominal_s else ""
         reached = [state for state, at_s in run.record.states if at_s <= run.complete_s][-1]
-        marks.append(Mark(run.complete_s, f"{labels[reached]}, {run.complete_s:.0f} s{nominal}", _COMPLETE, "solid"))
+        marks.append(
+            Mark(run.complete_s, f"{labels[reached]}, {clock.told(run.complete_s)}{nominal}", _COMPLETE, "solid")
+        )
     return sorted(marks, key=lambda mark: mark.at_s)
 
 
@@ -132,7 +137,12 @@ def _beginnings(scenario: GroundTruth) -> list[tuple[float, str]]:
     return marked
 
 
-def _when(at_s: float, onset_s: float | None) -> str:
+def _begun(at_s: float, clock: Clock) -> str:
+    """When something begins, which need not be at a tick."""
+    return f"{at_s:g} s" if clock.unit == "s" else clock.told(at_s)
+
+
+def _when(at_s: float, onset_s: float | None, clock: Clock) -> str:
     if onset_s is None or at_s < onset_s:
-        return f", {at_s:.0f} s"
-    return f" after {at_s - onset_s:.0f} s, at {at_s:.0f} s"
+        return f", {clock.told(at_s)}"
+    return f" after {clock.told(at_s - onset_s)}, at {clock.told(at_s)}"

@@ -70,7 +70,7 @@ class Folding:
         if round(line.at_s) >= round(self._last_s):
             self._last_s = max(line.at_s, self._last_s)
             return line
-        return replace(line, at_s=self._last_s, text=f"{line.text} (at {line.at_s:.0f} s)")
+        return replace(line, at_s=self._last_s, text=f"{line.text} (at {line.at_s:.10g} s)")
 
 
 def _counted(folded: list[tuple[Attempted, float]]) -> str:

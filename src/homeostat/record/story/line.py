@@ -35,4 +35,4 @@ class Line:
 
     def __str__(self) -> str:
         """The line without colour."""
-        return f"{self.at_s:7.0f} s  {self.label:<9} {self.text}"
+        return f"{self.at_s:7.10g} s  {self.label:<9} {self.text}"

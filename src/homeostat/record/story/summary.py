@@ -74,9 +74,9 @@ def _injected(injected: FaultState, plant: PlantDescription) -> str:
 def _detected(result: Result, plant: PlantDescription) -> str:
     if result.detected_s is None:
         return "nothing"
-    text = f"at {result.detected_s:.0f} s"
+    text = f"at {plant.timing.told(result.detected_s)} s"
     if result.onset_s is not None:
-        text += f", {result.detected_s - result.onset_s:.0f} s after the onset"
+        text += f", {plant.timing.told(result.detected_s - result.onset_s)} s after the onset"
     return f"{text}; diagnosed {probabilities(result.hypotheses, plant)}"
 
 
@@ -85,13 +85,13 @@ def _probed(probe: ProbeMade) -> str:
     what = probe.state or "a wait"
     ended = "and nobody looked" if probe.likeliest is None else f"after which {probe.likeliest} was the likeliest"
     sure = "" if probe.probability is None else f" with {100 * probe.probability:.0f} %"
-    return f"{what} at {probe.at_s:.0f} s to tell {' from '.join(probe.apart)}, {ended}{sure}"
+    return f"{what} at {probe.at_s:.10g} s to tell {' from '.join(probe.apart)}, {ended}{sure}"
 
 
 def _waited(at_s: float, wait: Waited) -> str:
     """A wait, and the permissives and guards that were a nuisance."""
     named = f"; a nuisance: {', '.join(wait.nuisance)}" if wait.nuisance else ""
-    return f"{wait.seconds:g} s at {at_s:.0f} s, by {wait.proposer}{named}"
+    return f"{wait.seconds:g} s at {at_s:.10g} s, by {wait.proposer}{named}"
 
 
 def _remarked(said: Remarked) -> str:
@@ -108,9 +108,10 @@ def _done(result: Result, acted_s: float | None, plant: PlantDescription) -> str
     text = f"by {who.get(result.actor, result.actor)}: {commands(result.actions, plant)}"
     if acted_s is None:
         return text
-    earlier = result.released_s is not None and result.released_s < acted_s
-    first = f"; the first release was at {result.released_s:.0f} s" if earlier else ""
-    return f"{text} (at {acted_s:.0f} s{first})"
+    first = ""
+    if result.released_s is not None and result.released_s < acted_s:
+        first = f"; the first release was at {plant.timing.told(result.released_s)} s"
+    return f"{text} (at {plant.timing.told(acted_s)} s{first})"
 
 
 def _batch(result: Result, plant: PlantDescription) -> str:
@@ -118,7 +119,8 @@ def _batch(result: Result, plant: PlantDescription) -> str:
     if result.complete_s is None:
         text = f"not complete, ended in state {plant.machine.state(result.state).label!r}"
     else:
-        text = f"complete at {result.complete_s:.0f} s, {result.complete_s - result.nominal_s:+.0f} s against nominal"
+        late_s = result.complete_s - result.nominal_s
+        text = f"complete at {plant.timing.told(result.complete_s)} s, {late_s:+.0f} s against nominal"
     return ", ".join((text, *(f"{name.replace('_', ' ')} {value:.3g}" for name, value in result.totals.items())))
 
 

@@ -15,16 +15,16 @@ from homeostat.twin.carried import FaultSet
 from homeostat.twin.history import Window
 from homeostat.twin.isolation.evidence import Evidence, Fit
 
-STRETCHES_S = (10, 24, 40, 80, 160, 320)
-"""Stretches that are looked at [s]."""
+STRETCHES = (10, 24, 40, 80, 160, 320)
+"""Stretches that are looked at, in readings."""
 SETTLE = 8
 """The first of so many parts of a stretch says what state it begins in, where the plant settles for so long."""
 OVER_NATS = 8.0
 """By how much nothing must explain one better than anything that was known [nats]."""
 THERE_NATS = 2.0
 """What was known is still there where it explains any stretch better than nothing by so much [nats]."""
-CHANGED_S = 80
-"""Where nothing is better than what was known, but leaves more than noise, so long a stretch says so [s]."""
+CHANGED = 80
+"""Where nothing is better than what was known, but leaves more than noise, a stretch of so many readings says so."""
 SIZES = (0.97, 1.0, 1.03)
 """Multiples of its size with which each of these is tried: nobody knew it exactly [1]."""
 

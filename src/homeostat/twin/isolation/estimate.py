@@ -28,13 +28,13 @@ SIZES = (0.6, 0.75, 0.87, 0.94, 1.0, 1.06, 1.15, 1.35, 1.7)
 LEADERS = 5
 """Disturbances that are replayed at sizes and onsets between those, because a coarse size costs many nats."""
 FINER = (((-8, -4, -2, -1, 0, 1, 2, 4, 8), 0.06), ((-1, 0, 1), 0.02), ((0,), 0.007))
-"""Seconds and share of its size by which each of them is moved, again and again."""
-NEARBY_S = (-16, -8, -3, 0, 3, 8, 16)
-"""Seconds by which an onset may be another one where a size is [s]."""
+"""Ticks and share of its size by which each of them is moved, again and again."""
+NEARBY = (-16, -8, -3, 0, 3, 8, 16)
+"""Ticks by which an onset may be another one where a size is."""
 TWO_SD_NATS = 2.0
 """What a size costs that is two standard deviations away from the best [nats]."""
-GROSS_S = (1, 4, 9, 16, 30, 60)
-"""Seconds before the first symptom at which parameters are tried as other than a linear pass can tell [s]."""
+GROSS_BEFORE = (1, 4, 9, 16, 30, 60)
+"""Ticks before the first symptom at which parameters are tried as other than a linear pass can tell."""
 GROSS = (-1.5, -0.7, 0.5, 1.2, 3.0, 7.0)
 """Their sizes, as multiples of a large one [1]."""
 
@@ -133,7 +133,7 @@ class Estimation:
     def _refined(self, linear: _Linear) -> _Linear:
         """The same with its onset between those that are tried over the whole window; what grows has no sharp one."""
         effect = linear.mode.effect
-        every = self._responses.every_s
+        every = self._responses.every
         if effect is None or effect.grows or every == 1:
             return linear
         last = int(self._responses.rows[-1])
@@ -154,7 +154,8 @@ class Estimation:
 
     def _gross(self, since_s: float) -> list[_Linear]:
         """The best of each parameter that is far from what it was, replayed: no linear pass finds when that began."""
-        onsets = [since_s - lag - self._evidence.window.start_s for lag in GROSS_S]
+        window = self._evidence.window
+        onsets = [(since_s - window.start_s) / window.tick_s - lag for lag in GROSS_BEFORE]
         rows = sorted({round(row) for row in onsets if FIRST_ROW <= row < self._evidence.shape[0] - 1})
         groups = [group for (kind, _), group in self._groups.items() if kind is EffectKind.PARAMETER]
         modes = [mode for group in groups for mode in group if mode.unknown and mode.effect and not mode.effect.grows]
@@ -184,8 +185,8 @@ class Estimation:
     def _settled(self, leaders: Sequence[Estimate]) -> list[Estimate]:
         """``leaders`` at sizes and onsets that lie closer and closer together."""
         found = list(leaders)
-        for seconds, share in FINER if found else ():
-            tried = [self._around(each, seconds, share) for each in found]
+        for ticks, share in FINER if found else ():
+            tried = [self._around(each, ticks, share) for each in found]
             for k, ((_, sizes, rows), scores) in enumerate(zip(tried, self._scores(tried), strict=True)):
                 best = int(np.argmax(scores))
                 if scores[best] > found[k].score:
@@ -201,7 +202,7 @@ class Estimation:
         tried = []
         for each in leaders:
             mode, row = self._mode_and_row(each)
-            rows = np.clip([row + s for s in NEARBY_S], FIRST_ROW, self._evidence.shape[0] - 1)
+            rows = np.clip([row + s for s in NEARBY], FIRST_ROW, self._evidence.shape[0] - 1)
             sizes = (_sign(mode) or 1.0) * np.array([each.state.severity + k * each.sd for k in (-2.0, 2.0)])
             tried.append((mode, np.repeat(sizes, len(rows)), np.tile(rows, 2)))
         found = []
@@ -212,17 +213,17 @@ class Estimation:
 
     def _mode_and_row(self, each: Estimate) -> tuple[FaultMode, int]:
         mode = self._evidence.carrier.modes[each.state.fault]
-        return mode, round(each.state.onset_s - self._evidence.window.start_s)
+        return mode, self._evidence.window.row(each.state.onset_s)
 
-    def _around(self, each: Estimate, seconds: Sequence[int], share: float) -> tuple[FaultMode, Vec, Indices]:
+    def _around(self, each: Estimate, ticks: Sequence[int], share: float) -> tuple[FaultMode, Vec, Indices]:
         mode, row = self._mode_and_row(each)
-        rows = np.unique(np.clip([row + s for s in seconds], FIRST_ROW, self._evidence.shape[0] - 1))
+        rows = np.unique(np.clip([row + s for s in ticks], FIRST_ROW, self._evidence.shape[0] - 1))
         signed = each.state.severity * (_sign(mode) or 1.0)
         sizes = signed * np.array([1.0 - share, 1.0, 1.0 + share])
         return mode, np.tile(sizes, len(rows)), np.repeat(rows, len(sizes))
 
     def _as_state(self, mode: FaultMode, size: float, row: int) -> FaultState:
-        return FaultState(mode.name, (_sign(mode) or 1.0) * size, self._evidence.window.start_s + row)
+        return FaultState(mode.name, (_sign(mode) or 1.0) * size, self._evidence.window.at_s(row))
 
 
 def _sign(mode: FaultMode) -> float:

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from homeostat.process.batch import ProcessError
+from homeostat.process.batch import ProcessError, tick_of
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Cube, Table, Vec
 from homeostat.twin.calibration import Posterior
 from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.history import Window
-from homeostat.twin.isolation.input_errors import LATE_S, distant_inputs, late_inputs, weaker_inputs
+from homeostat.twin.isolation.input_errors import LATE, distant_inputs, late_inputs, weaker_inputs
 from homeostat.twin.replay import replay
 
 TEMPER = 3.0
@@ -28,8 +28,8 @@ BOUND = 12.0
 """What is left of one reading counts as this many standard deviations at most."""
 WILD = 9.0
 """Square of what is left of a single reading, which counts as no more than this or its neighbours [1]."""
-NOISE_S = 3
-"""Readings so far apart have independent noise, and have hardly changed otherwise [s]."""
+NOISE_APART = 3
+"""Readings so many apart have independent noise, and have hardly changed otherwise."""
 NORMAL = 1.4826
 """Standard deviation of normal numbers in multiples of their median distance from the median [1]."""
 LEAST_NORM = 0.3
@@ -37,15 +37,15 @@ LEAST_NORM = 0.3
 SETTLED = 15
 """Readings that say where a variable started from."""
 USUAL_BLOCK = 3.5
-"""Mean square over half a minute of one variable that noise alone does not exceed, correlated as it may be [1]."""
+"""Mean square over a block of one variable that noise alone does not exceed, correlated as it may be [1]."""
 MEAN_SQUARE = 1.5
 """What is left of an explanation that fits has a smaller mean square [1]."""
 WORST_BLOCK = 20.0
-"""The same for the worst half minute of one variable [1]."""
+"""The same for the worst block of one variable [1]."""
 STRAINED_MEAN_SQUARE, STRAINED_BLOCK = 1.25, 5.0
 """Where more is left, further changes are looked for; a right explanation leaves 1.1 and 4, on any plant [1]."""
-BLOCK_S = 30
-"""Stretch whose mean square says whether an explanation fits everywhere [s]."""
+BLOCK = 30
+"""Readings in a block, whose mean square says whether an explanation fits everywhere."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +67,9 @@ class Fit:
     mean_square: float
     """Mean square of what is left over the whole window [1]."""
     worst_block: float
-    """The same over the worst half minute of one variable [1]."""
+    """The same over the worst block of one variable [1]."""
     unexplained: float
-    """What half minutes that are worse than noise make of it come to [nats]."""
+    """What blocks that are worse than noise make of it come to [nats]."""
 
     @property
     def good(self) -> bool:
@@ -114,11 +114,11 @@ class Evidence:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Numbers of seconds and of variables."""
+        """Numbers of readings and of variables."""
         return self._seen.shape[0], self._seen.shape[1]
 
     def whiten(self, change: Cube) -> Table:
-        """Changes of readings, shape (n, seconds, variables), in standard deviations, shape (n, readings)."""
+        """Changes of readings, shape (n, ticks, variables), in standard deviations, shape (n, readings)."""
         return np.asarray(change * self._weight).reshape(len(change), self._weight.size)
 
     def residuals(self, sets: Sequence[FaultSet]) -> Table:
@@ -138,7 +138,7 @@ class Evidence:
             shown = replay(self.model, self.window, self.posterior.mean[None], carried, every).predicted[0]
         except ProcessError:
             return False
-        return bool(np.ptp(shown[-BLOCK_S:, every.index(variable)]) == 0.0)
+        return bool(np.ptp(shown[-BLOCK:, every.index(variable)]) == 0.0)
 
     def losses(self, residuals: Table) -> tuple[Vec, Table]:
         """Loss of each row of ``residuals`` and what is left of it; shapes (n,), (n, readings)."""
@@ -164,14 +164,14 @@ class Evidence:
     def fit(self, left: Vec) -> Fit:
         """How well an explanation fits of which ``left`` is left, shape (readings,).
 
-        A single wild reading is no reason to doubt it. Half minutes are counted from the last reading back, so
+        A single wild reading is no reason to doubt it. Blocks are counted from the last reading back, so
         that what has just begun is in one of them.
         """
-        seconds, variables = self.shape
-        length = min(BLOCK_S, seconds)
-        count = seconds // length
-        squares = _without_wild(np.square(left.reshape(seconds, variables)))
-        blocks = squares[seconds - count * length :].reshape(count, length, variables).mean(axis=1)
+        ticks, variables = self.shape
+        length = min(BLOCK, ticks)
+        count = ticks // length
+        squares = _without_wild(np.square(left.reshape(ticks, variables)))
+        blocks = squares[ticks - count * length :].reshape(count, length, variables).mean(axis=1)
         excess = np.maximum(blocks - USUAL_BLOCK, 0.0).sum() * length
         return Fit(float(squares.mean()), float(blocks.max()), float(0.5 * excess / TEMPER))
 
@@ -187,8 +187,8 @@ class Evidence:
         carried = self.carrier.carry([known], self.window).repeated(len(members))
         predicted = replay(self.model, self.window, members, carried, self.variables).predicted
         parameters = self.whiten(predicted[1:] - predicted[0])
-        seconds, variables = self.shape
-        constants = np.zeros((variables, seconds, variables))
+        ticks, variables = self.shape
+        constants = np.zeros((variables, ticks, variables))
         for j in range(variables):
             constants[j, :, j] = constant[j] * (self._weight[:, j] > 0.0)
         present = self.carrier.carry([known], self.window)
@@ -198,8 +198,9 @@ class Evidence:
             far = distant_inputs(*what, accuracy.gain, self.posterior.usual.inputs)
             every.append(_clear(self.whiten(_each_by_itself(far))))
             every.append(self._distant_readings(accuracy.gain, self.posterior.usual.readings))
-        if accuracy.lag_s > 0.0 and seconds > max(LATE_S):
-            every.append(self.whiten(late_inputs(*what, accuracy.lag_s)))
+        lag = accuracy.lag_s / tick_of(self.model.kernel)
+        if lag > 0.0 and ticks > max(LATE):
+            every.append(self.whiten(late_inputs(*what, lag)))
         return np.vstack(every).T.copy()
 
     def _distant_readings(self, gain: float, usual: Mapping[str, float]) -> Table:
@@ -222,15 +223,15 @@ class Evidence:
 
 
 def _each_by_itself(change: Cube) -> Cube:
-    """``change``, shape (n, seconds, variables), of one variable at a time, shape (n * variables, seconds, variables).
+    """``change``, shape (n, ticks, variables), of one variable at a time, shape (n * variables, ticks, variables).
 
     That a valve cools less far from where it was learned says nothing of its position, nor of what flows through it.
     """
-    count, seconds, variables = change.shape
-    alone = np.zeros((count, variables, seconds, variables))
+    count, ticks, variables = change.shape
+    alone = np.zeros((count, variables, ticks, variables))
     for j in range(variables):
         alone[:, j, :, j] = change[:, :, j]
-    return alone.reshape(count * variables, seconds, variables)
+    return alone.reshape(count * variables, ticks, variables)
 
 
 def _clear(directions: Table) -> Table:
@@ -239,19 +240,19 @@ def _clear(directions: Table) -> Table:
 
 
 def observed_noise(readings: Table) -> Vec:
-    """Standard deviation of the noise of each column of ``readings``, shape (seconds, variables), in its unit.
+    """Standard deviation of the noise of each column of ``readings``, shape (ticks, variables), in its unit.
 
-    By the median of what they change by within :data:`NOISE_S`, which neither a few steps nor a steady course decide:
-    an instrument whose noise grows with its reading is not as good as it is by design wherever it reads more.
+    By the median of what they change by within `NOISE_APART`, which neither a few steps nor a steady course decide: an
+    instrument whose noise grows with its reading is not as good as it is by design wherever it reads more.
     """
-    if len(readings) <= 2 * NOISE_S:
+    if len(readings) <= 2 * NOISE_APART:
         return np.zeros(readings.shape[1])
-    change = readings[NOISE_S:] - readings[:-NOISE_S]
+    change = readings[NOISE_APART:] - readings[:-NOISE_APART]
     spread = np.median(np.abs(change - np.median(change, axis=0)), axis=0)
     return np.asarray(NORMAL * spread / np.sqrt(2.0))
 
 
 def _without_wild(squares: Table) -> Table:
-    """``squares``, shape (seconds, variables), of which none is much larger than both its neighbours."""
+    """``squares``, shape (ticks, variables), of which none is much larger than both its neighbours."""
     around = np.pad(squares, ((1, 1), (0, 0)))
     return np.minimum(squares, np.maximum(np.maximum(around[:-2], around[2:]), WILD))

@@ -18,15 +18,15 @@ from homeostat.twin.history import Window
 from homeostat.twin.replay import open_loop, starting_states
 
 SETTLED = 15
-"""Seconds at the beginning of a window that say where an input stood then."""
-LATE_S = (1, 2)
-"""By how much commands and readings are late in the directions [s]: a dead time and a lag differ in both."""
+"""Ticks at the beginning of a window that say where an input stood then."""
+LATE = (1, 2)
+"""By how many ticks commands and readings are late in the directions: a dead time and a lag differ in both."""
 
 
 def weaker_inputs(
     model: ProcessModel, window: Window, parameters: Table, carried: Carried, variables: tuple[str, ...], share: float
 ) -> Cube:
-    """Changes of readings where what an input moved by did less by ``share`` [1], shape (moved, seconds, variables).
+    """Changes of readings where what an input moved by did less by ``share`` [1], shape (moved, ticks, variables).
 
     ``parameters``: shape (1, parameters); ``carried`` is what one member carries.
     """
@@ -51,7 +51,7 @@ def distant_inputs(
 
     A model is right where it was learned; how far an input stands from there is how far it is wrong, although it stands
     still throughout the window. ``usual``: where each input stood then, shape (inputs,). Shape of the result: (inputs
-    that are known, seconds, variables).
+    that are known, ticks, variables).
     """
     batch = _one(model, window, parameters, carried, variables)
     own, schedules = _given(batch), []
@@ -62,19 +62,19 @@ def distant_inputs(
 
 
 def late_inputs(
-    model: ProcessModel, window: Window, parameters: Table, carried: Carried, variables: tuple[str, ...], lag_s: float
+    model: ProcessModel, window: Window, parameters: Table, carried: Carried, variables: tuple[str, ...], lag: float
 ) -> Cube:
-    """Changes of readings by lags of ``lag_s`` [s], shape (directions, seconds, variables); arguments as above."""
+    """Changes of readings by lags of ``lag`` ticks, shape (directions, ticks, variables); arguments as above."""
     batch = _one(model, window, parameters, carried, variables)
     own, schedules, size = _given(batch), [], []
-    for late in LATE_S:
+    for late in LATE:
         for i in _moving(own).tolist():
             schedules.append(own.copy())
             schedules[-1][late:, i], schedules[-1][:late, i] = own[:-late, i], own[0, i]
-            size.append(lag_s / late)
+            size.append(lag / late)
     shown, change = _changes(model, batch, carried, np.stack([own, *schedules]))
     of_actuators = change * np.array(size)[:, None, None]
-    return np.concatenate([of_actuators, *(_of_instruments(shown, late, lag_s / late) for late in LATE_S)])
+    return np.concatenate([of_actuators, *(_of_instruments(shown, late, lag / late) for late in LATE)])
 
 
 def _one(model: ProcessModel, window: Window, parameters: Table, carried: Carried, variables: tuple[str, ...]) -> Batch:
@@ -84,7 +84,7 @@ def _one(model: ProcessModel, window: Window, parameters: Table, carried: Carrie
 
 
 def _given(batch: Batch) -> Table:
-    """The inputs of the one member of ``batch``, shape (seconds, inputs)."""
+    """The inputs of the one member of ``batch``, shape (ticks, inputs)."""
     return np.asarray(batch.inputs[batch.input_of[0]])
 
 
@@ -104,7 +104,7 @@ def _changes(model: ProcessModel, batch: Batch, carried: Carried, schedules: Cub
 
 
 def _of_instruments(shown: Table, late: int, size: float) -> Cube:
-    """What each reading of ``shown``, shape (seconds, variables), changes by where it comes ``late`` [s]."""
+    """What each reading of ``shown``, shape (ticks, variables), changes by where it comes ``late`` ticks."""
     change = np.zeros((shown.shape[1], *shown.shape))
     for j in range(shown.shape[1]):
         change[j, late:, j] = (shown[:-late, j] - shown[late:, j]) * size

@@ -22,7 +22,7 @@ from homeostat.twin.isolation.alike import with_doubt
 from homeostat.twin.isolation.classes import SPREAD_NATS, hypotheses
 from homeostat.twin.isolation.course import continues, lasting, stopped
 from homeostat.twin.isolation.ended import (
-    CHANGED_S,
+    CHANGED,
     OVER_NATS,
     THERE_NATS,
     Ended,
@@ -43,8 +43,8 @@ from homeostat.twin.settings import TwinSettings
 
 SECOND_FAULT_NATS = 6.0
 """Gain in log-likelihood that a further fault must bring, over and above its prior [nats]."""
-SHORTEST_S = 8
-"""Seconds of readings from which on disturbances are estimated [s]."""
+SHORTEST = 8
+"""Readings from which on disturbances are estimated."""
 COURSES = 2
 """Items whose disturbance may have changed several times."""
 CHANGES = 2
@@ -61,14 +61,14 @@ CERTAIN = 0.98
 """What was said with this probability is only checked while nothing new is seen: nothing else binds a release [1]."""
 RESIZED = 0.1
 """Share by which a size must not be better when it is checked [1]."""
-LAGS_S = (2, 4, 6, 9, 13, 18, 25, 35, 50, 70, 100, 140, 190, 250, 320, 400, 490, 590)
-"""Onsets that are tried first, seconds before the last reading."""
-DENSE_LAGS_S = (*range(2, 30, 2), *range(30, 121, 3))
+LAGS = (2, 4, 6, 9, 13, 18, 25, 35, 50, 70, 100, 140, 190, 250, 320, 400, 490, 590)
+"""Onsets that are tried first, in ticks before the last reading."""
+DENSE_LAGS = (*range(2, 30, 2), *range(30, 121, 3))
 """The same where a fault may have gone unnoticed for a while: its onset is a narrow valley between coarse ones."""
 
-NEAR_S = 16
-"""Stretch before the first symptom in which every second is tried as an onset: where what shows at once began, and a
-right one explains as much within a second only where actuators are fast [s]."""
+NEAR = 16
+"""Ticks before the first symptom, each of which is tried as an onset: where what shows at once began, and a right one
+explains as much within a tick only where actuators are fast."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ class FaultIsolation:
         accused = self._accused(window, question)
         if accused:
             return stated(self._by_itself(evidence, search, accused, question), {}, evidence, self._size_error, DOUBT)
-        said = remembered(question.known, question.before, window.start_s + FIRST_ROW, DOUBT)
+        said = remembered(question.known, question.before, window.at_s(FIRST_ROW), DOUBT)
         memory = Memory(said, self._carrier.modes, search.prior, window.end_s)
         (nothing,) = memory.told([Scored((), float(search.score([()])[0]))])
         named, unknown = self._named(search, question, window), self._estimated(evidence, search, (), question.since_s)
@@ -148,11 +148,11 @@ class FaultIsolation:
 
         Symptoms clear while a fault is still there, and what was as likely as what was called the best still is.
         """
-        lags = [window.end_s - lag for lag in {*LAGS_S, *(DENSE_LAGS_S if question.dense else ())}]
+        lags = [window.end_s - lag * window.tick_s for lag in {*LAGS, *(DENSE_LAGS if question.dense else ())}]
         said = _said(question.before)
         names = dict.fromkeys([*question.candidates, *(f.fault for f in said)])
         tables = [name for name in names if self._carrier.modes[name].effect is None]
-        near = [question.since_s - k for k in range(NEAR_S)] if question.since_s <= window.end_s else []
+        near = [question.since_s - k * window.tick_s for k in range(NEAR)] if question.since_s <= window.end_s else []
         return search.singles(tables, sorted({*lags, *near, *(f.onset_s for f in (*question.known, *said))}))
 
     def _beside(self, evidence: Evidence, search: Search, known: FaultSet, old: FaultSet) -> list[Scored]:
@@ -165,7 +165,7 @@ class FaultIsolation:
 
     def _again(self, search: Search, known: FaultSet, said: Sequence[Remembered], window: Window) -> list[Scored]:
         """What was known, or is old, with other sizes, and with what is old and grew at rest: growth has an end."""
-        found, first_s = list[Scored](), window.start_s + FIRST_ROW
+        found, first_s = list[Scored](), window.at_s(FIRST_ROW)
         for faults in dict.fromkeys((known, *(each.faults for each in said if each.old))):
             found += search.variations(faults)
             old = tuple(fault for fault in faults if fault.onset_s < first_s)
@@ -182,7 +182,7 @@ class FaultIsolation:
         for k, fault in enumerate(faults):
             sizes = (fault.severity * factor for factor in (1.0 - RESIZED, 1.0 + RESIZED))
             sets += [(*faults[:k], replace(fault, severity=size), *faults[k + 1 :]) for size in sizes]
-        first_s, end_s = evidence.window.start_s + FIRST_ROW, evidence.window.end_s
+        first_s, end_s = evidence.window.at_s(FIRST_ROW), evidence.window.end_s
         old = tuple(fault for fault in faults if fault.onset_s < first_s)
         sets += [replayed for _, replayed in stopped(faults, old, self._carrier.modes, first_s, end_s)]
         nats = evidence.likelihoods(sets)
@@ -206,8 +206,8 @@ class FaultIsolation:
             lead = lead_of_nothing(evidence, known)
             if lead >= OVER_NATS and not fit.strained:
                 found = Ended(window.start_s, fits=True)
-            elif lead >= OVER_NATS and fit.good and window.length >= CHANGED_S:
-                return found or Ended(window.end_s - window.length // 2, fits=False)
+            elif lead >= OVER_NATS and fit.good and window.length >= CHANGED:
+                return found or Ended(window.at_s(window.length - 1 - window.length // 2), fits=False)
             elif found or lead <= -THERE_NATS or (lead <= 0.0 and fit.strained):
                 break
         return found
@@ -250,7 +250,7 @@ class FaultIsolation:
     ) -> tuple[Evidence, Search]:
         evidence = Evidence(self._model, self._carrier, window, posterior, self._accuracy, known)
         prior = Prior(self._plant.faults, window, evidence.variables, self._calibrated)
-        modes, first_s = self._carrier.modes, window.start_s + FIRST_ROW
+        modes, first_s = self._carrier.modes, window.at_s(FIRST_ROW)
         had = sizes(known, before, first_s, modes, self._size_error)
         return evidence, Search(evidence, modes, prior, (*known, *_said(before)), had)
 
@@ -311,7 +311,7 @@ class FaultIsolation:
         """Explanations with a fault of the tables besides the best one, where the end of the readings asks for it."""
         _, late = self._on(recent, posterior, known)
         every = [fault.name for fault in self._plant.faults]
-        doubles = late.pairs(best.faults[0], every, [recent.end_s - lag for lag in LAGS_S[:12:2]])
+        doubles = late.pairs(best.faults[0], every, [recent.end_s - lag * recent.tick_s for lag in LAGS[:12:2]])
         if not doubles or max(d.score for d in doubles) - float(late.score([best.faults])[0]) <= SECOND_FAULT_NATS:
             return []
         sets = [d.faults for d in doubles]
@@ -344,7 +344,7 @@ def _estimates(
     evidence: Evidence, modes: Sequence[FaultMode], search: Search, beside: FaultSet, since_s: float = np.inf
 ) -> list[Estimate]:
     """Each of ``modes`` at its best ``beside`` others, the best first; none where there is too little to go by."""
-    if evidence.shape[0] < SHORTEST_S:
+    if evidence.shape[0] < SHORTEST:
         return []
     try:
         return Estimation(evidence, modes, search.prior, beside).estimates(since_s)

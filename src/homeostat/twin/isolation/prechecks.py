@@ -26,8 +26,8 @@ NOISE_RATIO: Final = 2.5
 """Scatter against what is usual from which an instrument is noisy [1]."""
 LAW: Final = 5e-5
 """Departure from its law that a controller may have, as a share of its output's range [1]; its resolution is added."""
-LOOKED_AT_S: Final = 60
-"""How much of the window is present [s]; of a window shorter than twice that, half."""
+LOOKED_AT: Final = 60
+"""How many readings of the window are present; of a window shorter than twice that, half."""
 SAMPLES: Final = 20
 """Fewest readings that an instrument's scatter or a controller is judged by."""
 
@@ -41,7 +41,7 @@ _PROCESS = 2.0  # mean square scatter against that of the stated noise from whic
 _COMMANDED = 1.5  # how much of the scatter that follows from commands is taken off: lags are known to some 10 %
 _MEMBERS = 8  # the model without noise, and how often it is asked for noise
 _FAR = 0.3  # departure as a share of the range that no saturation explains
-_IDLE = 0.25  # share of seconds without a move from which a controller works more slowly than it is looked at
+_IDLE = 0.25  # share of ticks without a move from which a controller works more slowly than it is looked at
 
 
 class What(StrEnum):
@@ -126,7 +126,7 @@ def flat_lines(window: Window, description: PlantDescription) -> tuple[Finding, 
             f"{signal.tag.name} has shown exactly {values[-1]:g} {signal.tag.unit} for {count} readings although it "
             f"has noise: {signal.component} is stuck"
         )
-        since_s = window.start_s + float(rows[first])
+        since_s = window.at_s(float(rows[first]))
         found.append(Finding(signal.tag.name, What.FROZEN, since_s, float(count), limit, "readings", text))
     return tuple(found)
 
@@ -134,10 +134,10 @@ def flat_lines(window: Window, description: PlantDescription) -> tuple[Finding, 
 def _known_to_be_frozen(window: Window, signal: Signal, description: PlantDescription) -> tuple[Finding, ...]:
     """That an instrument is stuck whose readings were called frozen, and are held; none where it may be at rest."""
     since_s, rule = window.frozen_s[signal.variable], description.qualities[signal.tag.name]
-    first = round(since_s - window.start_s)
+    first = window.row(since_s)
     if _at_rest(window.readings[signal.variable], first, signal, description)[-1]:
         return ()
-    count, limit = window.end_s - since_s + 1.0, rule.frozen_s or math.inf
+    count, limit = window.end_s - since_s + window.tick_s, rule.frozen_s or math.inf
     text = f"{signal.tag.name} repeats itself since {since_s:.0f} s although it has noise: {signal.component} is stuck"
     return (Finding(signal.tag.name, What.FROZEN, since_s, count, limit, "s", text),)
 
@@ -169,16 +169,16 @@ def noise_ratios(
 ) -> tuple[Finding, ...]:
     """Instruments that scatter more at the end of ``window`` than they usually do.
 
-    Usual is what the model's instruments scatter in the same seconds under the same commands, times how much more or
+    Usual is what the model's instruments scatter in the same ticks under the same commands, times how much more or
     less than the model's this one did while healthy. Not judged are instruments that show more of the process's
     scatter than of their own, and, where noise is a share of the reading, readings at rest or far from the model's.
     """
     modelled = _as_modelled(window, description, model)
     if modelled is None:
         return ()
-    begin = window.length - min(LOOKED_AT_S, window.length // 2)
+    begin = window.length - min(LOOKED_AT, window.length // 2)
     middle = np.arange(1, window.length - 1)
-    parts = middle < min(healthy_until_s - window.start_s, begin), middle > begin
+    parts = middle < min((healthy_until_s - window.start_s) / window.tick_s, begin), middle > begin
     found = []
     for signal in _instruments(window, description):
         if signal.variable not in model.shown:
@@ -190,7 +190,7 @@ def noise_ratios(
                 f"{signal.tag.name} scatters {ratio:.1f} times as much as usual (limit {NOISE_RATIO:g}): noise of "
                 f"{signal.component}, unless others scatter as well"
             )
-            since_s = window.start_s + begin
+            since_s = window.at_s(begin)
             found.append(Finding(signal.tag.name, What.NOISY, since_s, ratio, NOISE_RATIO, "1", text))
     return tuple(found)
 
@@ -215,7 +215,7 @@ def _noise_ratio(
     if np.count_nonzero(present) < SAMPLES:
         return 0.0
     factor = 1.0
-    if np.count_nonzero(healthy) >= LOOKED_AT_S:
+    if np.count_nonzero(healthy) >= LOOKED_AT:
         commanded, noise = _scatters(alike[:, healthy])
         if noise > commanded / 2.0:
             factor = float(np.clip((_scatter(own[:, healthy]) - commanded) / noise, *_USUAL))
@@ -273,7 +273,7 @@ def _simulated(model: ProcessModel, states: Table, parameters: Table, inputs: Cu
 def broken_laws(window: Window, description: PlantDescription, model: ProcessModel) -> tuple[Finding, ...]:
     """Controllers whose output is not what the tables' gains make of the readings and of their output before.
 
-    The model's own controllers go on by one second from each of the last readings. Not judged are seconds with an
+    The model's own controllers go on by one tick from each of the last readings. Not judged are ticks with an
     output in manual, with a moving setpoint, and with unknown readings; nor are controllers that move now and then
     only, because they work more slowly or more coarsely than they are looked at. Of an output at a limit nobody knows
     what was integrated beyond it, so that it is judged by departures alone that are far larger than that.
@@ -299,7 +299,7 @@ def _unbroken(window: Window, description: PlantDescription, model: ProcessModel
             clean &= ~window.held[variable]
         if variable not in description.automatic:
             clean &= np.isfinite(window.readings[variable])
-    rows = np.arange(max(2, window.length - LOOKED_AT_S), window.length)
+    rows = np.arange(max(2, window.length - LOOKED_AT), window.length)
     return np.asarray(rows[clean[rows] & clean[rows - 1] & clean[rows - 2]])
 
 
@@ -333,9 +333,9 @@ def _broken(
 
 def _unlawful(window: Window, loop: ControlLoop, tag: Tag, rows: Indices, departures: Vec, limit: float) -> Finding:
     """A controller whose output departs from its law by ``departures`` in ``rows``."""
-    value, since_s = float(np.median(departures)), window.start_s + float(rows[departures > limit][0])
+    value, since_s = float(np.median(departures)), window.at_s(float(rows[departures > limit][0]))
     text = (
-        f"{loop.label}: {tag.name} departs from what {loop.controller}'s gains give by {value:.2g} a second (tolerance "
+        f"{loop.label}: {tag.name} departs from what {loop.controller}'s gains give by {value:.2g} a tick (tolerance "
         f"{limit:.2g}): the controller is not tuned as the tables say"
     )
     return Finding(tag.name, What.LAW, since_s, value, limit, tag.unit, text)

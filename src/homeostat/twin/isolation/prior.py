@@ -13,8 +13,8 @@ FAULT_NATS = 9.0
 """What a fault costs that is as frequent as the faults of the tables are on the mean [nats]."""
 GENERATED_NATS = 2.0
 """What one costs besides that no table names [nats]."""
-JUMP_S = 60
-"""Readings on either side of an onset whose means say what a transmitter has jumped by [s]."""
+JUMP = 60
+"""Readings on either side of an onset whose means say what a transmitter has jumped by."""
 
 
 def size_nats(relative: Vec) -> Vec:
@@ -79,7 +79,7 @@ class Prior:
             return np.zeros(len(rows)), large
         jump, spread = self._jumps(variable, rows)
         if effect.grows:
-            since = np.maximum(self._window.length - rows, 1) / 2.0
+            since = self._window.tick_s * np.maximum(self._window.length - rows, 1) / 2.0
             jump, spread = jump / since, spread / since
         return jump, np.minimum(spread, large)
 
@@ -105,9 +105,9 @@ class Prior:
     def _jumps(self, variable: str, rows: Indices) -> tuple[Vec, Vec]:
         """By how much the readings after each row are higher than those before, and how far that is from certain."""
         readings = self._window.readings[variable]
-        around = [readings[max(row - JUMP_S, 0) : row + 1].mean() for row in rows.tolist()]
-        after = [readings[row + 1 : row + 1 + JUMP_S].mean() for row in rows.tolist()]
-        slow = np.convolve(readings, np.ones(JUMP_S) / JUMP_S, "valid") if len(readings) > JUMP_S else readings
+        around = [readings[max(row - JUMP, 0) : row + 1].mean() for row in rows.tolist()]
+        after = [readings[row + 1 : row + 1 + JUMP].mean() for row in rows.tolist()]
+        slow = np.convolve(readings, np.ones(JUMP) / JUMP, "valid") if len(readings) > JUMP else readings
         noise = float(np.std(np.diff(readings))) if len(readings) > 1 else 0.0
         spread = np.hypot(noise, float(np.std(slow[: max(len(slow) // 2, 1)])))
         return np.array(after) - np.array(around), np.full(len(rows), max(spread, 1e-9))

@@ -22,11 +22,11 @@ from homeostat.twin.isolation.evidence import Evidence
 from homeostat.twin.replay import open_loop, starting_states
 
 FIRST_ROW = 3
-"""Seconds after the beginning of a window before which no onset is: the state at its beginning would absorb it [s]."""
+"""Row of a window before which no onset is: the state at its beginning would absorb it."""
 ONSETS = 64
 """Onsets that are tried over a whole window."""
-NEWEST_S = 24
-"""Stretch at the end of a window in which every second is tried as an onset [s]."""
+NEWEST = 24
+"""Ticks at the end of a window, each of which is tried as an onset."""
 PUSH = 0.01
 """By how much an actuator is off its command, in the command's unit; a response is linear."""
 KICK = 0.01
@@ -39,7 +39,7 @@ class Responses:
     def __init__(self, evidence: Evidence, beside: FaultSet) -> None:
         """Replays the window once with ``beside``."""
         self._evidence, self._model, window = evidence, evidence.model, evidence.window
-        self._seconds = evidence.shape[0]
+        self._ticks = evidence.shape[0]
         self._carried = evidence.carrier.carry([beside], window)
         mean = evidence.posterior.mean[None]
         start = starting_states(self._model, window, mean, self._carried, evidence.variables)
@@ -47,12 +47,12 @@ class Responses:
         batch = replace(self._batch(start, mean, self._carried, every), moves=Moves.of(self._carried.moves))
         self._path = simulate(self._model.kernel, batch).record[0]
         self._picks = tuple(self._model.shown[v] for v in evidence.variables)
-        self.every_s = max(self._seconds // ONSETS, 1)
-        """Between two of the onsets that are tried over the whole window [s]."""
-        self.rows: Indices = np.arange(FIRST_ROW, max(self._seconds - 2, FIRST_ROW + 1), self.every_s)
+        self.every = max(self._ticks // ONSETS, 1)
+        """Ticks between two of the onsets that are tried over the whole window."""
+        self.rows: Indices = np.arange(FIRST_ROW, max(self._ticks - 2, FIRST_ROW + 1), self.every)
         """Onsets that are tried over the whole window, as rows, shape (onsets,)."""
-        last = self._seconds - 1
-        self.newest: Indices = np.arange(max(last - NEWEST_S, FIRST_ROW), last)
+        last = self._ticks - 1
+        self.newest: Indices = np.arange(max(last - NEWEST, FIRST_ROW), last)
         """Onsets that are tried besides, because few readings came after them."""
         self._unmoved: dict[bytes, Cube] = {}
 
@@ -76,7 +76,7 @@ class Responses:
 
     def ramps(self, steps: Table) -> Table:
         """Response to what grows by a unit per second, from ``steps`` at all :attr:`rows`; the same shape."""
-        return np.asarray(np.cumsum(steps[::-1], axis=0)[::-1] * self.every_s)
+        return np.asarray(np.cumsum(steps[::-1], axis=0)[::-1] * (self.every * self._evidence.window.tick_s))
 
     def _of_parameter(self, symbol: str, rows: Indices) -> Cube:
         parameters = self._parameters(rows)
@@ -94,10 +94,10 @@ class Responses:
         kick = KICK * max(float(np.abs(states[:, i]).max()), 1e-6)
         states[:, i] += kick
         kicks = (self._members(states, self._parameters(every), every) - self._reference(every)) / kick
-        steps = np.cumsum(kicks[::-1], axis=0)[::-1] * self.every_s
+        steps = np.cumsum(kicks[::-1], axis=0)[::-1] * (self.every * self._evidence.window.tick_s)
         if rows is every:
             return np.asarray(steps)
-        at = np.clip((rows - every[0]) / self.every_s, 0.0, len(every) - 1.0)
+        at = np.clip((rows - every[0]) / self.every, 0.0, len(every) - 1.0)
         before = np.minimum(at.astype(np.int64), max(len(every) - 2, 0))
         share = (at - before)[:, None, None]
         return np.asarray((1.0 - share) * steps[before] + share * steps[np.minimum(before + 1, len(every) - 1)])
@@ -107,7 +107,7 @@ class Responses:
         found = np.zeros((len(rows), *self._evidence.shape))
         window, carrier = self._evidence.window, self._evidence.carrier
         for size in (PUSH, -PUSH):
-            push = [carrier.move(effect, size, window.start_s + row, window) for row in rows.tolist()]
+            push = [carrier.move(effect, size, window.at_s(row), window) for row in rows.tolist()]
             change = self._members(self._path[rows - 1], self._parameters(rows), rows, push) - self._reference(rows)
             found = np.where(np.abs(change) > np.abs(found), change / size, found)
         return found
@@ -129,7 +129,8 @@ class Responses:
         return found
 
     def _moved(self, move: Move, rows: Indices) -> Vec:
-        return move.change(self._evidence.window.start_s + rows - move.onset_s)
+        window = self._evidence.window
+        return move.change(window.start_s + window.tick_s * rows - move.onset_s)
 
     def _reference(self, rows: Indices) -> Cube:
         """The same members, not disturbed."""
@@ -139,7 +140,7 @@ class Responses:
         return self._unmoved[key]
 
     def _members(self, states: Table, parameters: Table, rows: Indices, push: Sequence[Move] = ()) -> Cube:
-        """Readings of members that begin in ``states`` at ``rows``, zero before, shape (rows, seconds, variables).
+        """Readings of members that begin in ``states`` at ``rows``, zero before, shape (rows, ticks, variables).
 
         ``push``: one move of an input for each member.
         """

@@ -61,7 +61,8 @@ class Search:
         self.prior = prior
         """Log priors."""
         self._end_s = evidence.window.end_s
-        self._first_s = evidence.window.start_s + FIRST_ROW
+        self._first_s = evidence.window.at_s(FIRST_ROW)
+        self._tick_s = evidence.window.tick_s
 
     def score(self, sets: Sequence[FaultSet]) -> Vec:
         """Log posterior of each fault set up to a constant [nats], shape (len(sets),)."""
@@ -180,7 +181,7 @@ class Search:
         return [FaultState(name, s, t) for s in sizes for t in onsets_s]
 
     def around(self, centre: FaultState, scale: float) -> list[FaultState]:
-        """A small grid around one state: severity in steps of its range, onset by shares of its age and by a second.
+        """A small grid around one state: severity in steps of its range, onset by shares of its age and by a tick.
 
         What has no equation of its own was estimated already, and when it began that is older than the readings they
         cannot say; its size alone is varied.
@@ -191,13 +192,14 @@ class Search:
             multiples = [centre.severity * (1.0 + 2.0 * k * scale * 0.1) for k in range(-3, 4)]
             allowed = sorted({r.clip(size) for size in multiples}) if mode.listed else multiples
             return [FaultState(centre.fault, size, centre.onset_s) for size in allowed]
-        age = max(self._end_s - centre.onset_s, 4.0)
+        age, tick_s = max(self._end_s - centre.onset_s, 4.0 * self._tick_s), self._tick_s
         sizes = {r.clip(centre.severity + k * step * r.span) for k in range(-3, 4)}
         if centre.onset_s < self._first_s:
             return [replace(centre, severity=size) for size in sorted(sizes)]
-        longest = max(self._end_s - self._first_s, 1.0)
-        near = [age * (1.0 + k * scale * 0.12) for k in range(-2, 3)] + ([age - 1.0, age + 1.0] if scale > 0.3 else [])
-        lags = {float(np.clip(lag, 1.0, longest)) for lag in near}
+        longest = max(self._end_s - self._first_s, tick_s)
+        near = [age * (1.0 + k * scale * 0.12) for k in range(-2, 3)]
+        near += [age - tick_s, age + tick_s] if scale > 0.3 else []
+        lags = {float(np.clip(lag, tick_s, longest)) for lag in near}
         return [FaultState(centre.fault, s, self._end_s - lag) for s in sorted(sizes) for lag in sorted(lags)]
 
 

@@ -144,13 +144,14 @@ def _sets(evidence: Evidence, side: _Side) -> list[tuple[float, FaultSet]]:
     """What is replayed for the next size of ``side``: with what multiple of its age, and the faults."""
     factor, age = side.next_size() / side.size, side.age
     sized = tuple(replace(f, severity=f.severity * factor) for f in side.replayed)
-    first_s, end_s = evidence.window.start_s + FIRST_ROW, evidence.window.end_s
+    first_s, end_s = evidence.window.at_s(FIRST_ROW), evidence.window.end_s
     if len(sized) > 1 or sized[0].onset_s < first_s:
         return [(age, sized)]
     found: dict[FaultState, float] = {}
     for more in AGES:
         onset = end_s - (end_s - sized[0].onset_s) * age * (1.0 + more)
-        found.setdefault(replace(sized[0], onset_s=float(np.clip(onset, first_s, end_s - 1.0))), age * (1.0 + more))
+        latest_s = end_s - evidence.window.tick_s
+        found.setdefault(replace(sized[0], onset_s=float(np.clip(onset, first_s, latest_s))), age * (1.0 + more))
     return [(multiple, (state,)) for state, multiple in found.items()]
 
 

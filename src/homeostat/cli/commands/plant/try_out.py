@@ -31,10 +31,10 @@ def carry_out(options: argparse.Namespace) -> int:
 
 def _told(tried: Trial) -> list[str]:
     machine = tried.plant.description.machine
-    lines = [f"{at_s:6.0f} s  {machine.state(state).label} ({state})" for state, at_s in tried.record.states]
+    lines = [f"{at_s:6.10g} s  {machine.state(state).label} ({state})" for state, at_s in tried.record.states]
     if not lines:
         lines = [f"it stays in {tried.state!r}: '{tried.plant.started}' never holds in {tried.scenario.end_s:g} s"]
     for each in tried.missed:
         what = "violated" if each.hard else "missed"
-        lines.append(f"{each.first_s:6.0f} s  {each.name} {what}: '{each.formula}', {each.total_s:g} s in all")
+        lines.append(f"{each.first_s:6.10g} s  {each.name} {what}: '{each.formula}', {each.total_s:g} s in all")
     return lines if tried.missed else [*lines, "every limit is kept"]

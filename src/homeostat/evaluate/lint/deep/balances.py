@@ -39,15 +39,16 @@ def _closes(bench: Bench, feature: Feature) -> Iterator[Finding]:
     assert feature.accumulation is not None
     stored = _values(course, feature.accumulation.root)[late]
     rate = _values(course, feature.expression.root)[late]
-    window = max(int(feature.window_s), 1)
+    dt_s = course.truth.dt_s
+    window = max(int(feature.window_s / dt_s), 1)
     if stored.size <= window or not np.isfinite(stored).all() or not np.isfinite(rate).all():
         return
-    left = float(np.abs(stored[window:] - stored[:-window] - _sums(rate, window)).mean())
-    allowed = _allowed(bench, feature, _sums(_gross(course, feature.expression.root)[late], window))
+    left = float(np.abs(stored[window:] - stored[:-window] - dt_s * _sums(rate, window)).mean())
+    allowed = _allowed(bench, feature, dt_s * _sums(_gross(course, feature.expression.root)[late], window))
     if left > allowed:
         what = (
-            f"'{feature.expression}' does not bring what '{feature.accumulation}' gains: in {window} s of a healthy "
-            f"course {left:.4g} {feature.unit} are left over on the mean, more than {allowed:.4g} {feature.unit}"
+            f"'{feature.expression}' does not bring what '{feature.accumulation}' gains: in {window * dt_s:g} s of a "
+            f"healthy course {left:.4g} {feature.unit} are left over on the mean, more than {allowed:.4g} {feature.unit}"
         )
         remedy = "correct the balance in the table, or the equation of the model that loses it"
         yield Finding(Severity.ERROR, "balances", bench.places.row("features", id=feature.name), what, remedy)

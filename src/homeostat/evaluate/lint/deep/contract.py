@@ -18,17 +18,17 @@ import numpy as np
 from homeostat.domain.plant.description import Relation
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.finding import Finding, Place, Severity
-from homeostat.process.batch import Batch, BatchResult, simulate
+from homeostat.process.batch import Batch, BatchResult, simulate, tick_of
 from homeostat.process.kernel import CompiledKernel
 from homeostat.process.types import Table, Vec
 
-SECONDS = 60
-"""Length of what is simulated [s]."""
+TICKS = 60
+"""Length of what is simulated, in ticks."""
 _SWITCH: Final = "NUMBA_DISABLE_JIT"
 
 
 def interface(bench: Bench) -> Iterator[Finding]:
-    """Names, shapes and numbers of what the model gives for the plant's first seconds."""
+    """Names, shapes and numbers of what the model gives for the plant's first ticks."""
     plant, model = bench.plant, bench.plant.model
     state = model.initial_state(bench.nominal)
     if problem := _not_a_state(state, len(model.states)):
@@ -36,20 +36,20 @@ def interface(bench: Bench) -> Iterator[Finding]:
         return
     result = simulate(model.kernel, opening(bench), model.states.__getitem__)
     read, where = model.readings(result.state[0], plant.start), bench.places
-    truth = model.truth(result.record, np.tile(plant.start, (1, SECONDS, 1)))
+    truth = model.truth(result.record, np.tile(plant.start, (1, TICKS, 1)))
     for signal in plant.description.signals:
         name, row = signal.variable, where.row("signals", tag=signal.tag.name)
         measured = signal.relation is Relation.MEASURES
         if name not in read:
             yield _lacking(bench, "readings", signal.tag.name, name, str(row))
         elif measured and not math.isfinite(read[name]):
-            what = f"readings say {read[name]} of {name!r}, the variable of tag {signal.tag.name!r}, after {SECONDS} s"
+            what = f"readings say {read[name]} of {name!r}, the variable of {signal.tag.name!r}, after {TICKS} ticks"
             yield of_model(bench, "interface", "readings", what, "give a finite number for everything that is measured")
         if name not in truth:
             yield _lacking(bench, "truth", signal.tag.name, name, str(row))
-        elif np.shape(truth[name]) != (1, SECONDS):
+        elif np.shape(truth[name]) != (1, TICKS):
             what = f"truth gives {name!r} the shape {np.shape(truth[name])}"
-            yield of_model(bench, "interface", "truth", what, f"give (members, times), here (1, {SECONDS})")
+            yield of_model(bench, "interface", "truth", what, f"give (members, times), here (1, {TICKS})")
     yield from _estimated(bench, read)
 
 
@@ -68,9 +68,10 @@ def repetition(bench: Bench) -> Iterator[Finding]:
     """Equal inputs give equal courses: again, among other members, in two parts, and compiled as in plain Python."""
     model, batch = bench.plant.model, opening(bench, members=3)
     first = simulate(model.kernel, batch)
-    half = SECONDS // 2
+    half = TICKS // 2
     begun = simulate(model.kernel, _cut(batch, batch.state, 0, half))
-    rest = simulate(model.kernel, _cut(batch, begun.state, half, SECONDS - half))
+    middle = replace(batch, start_s=half * tick_of(model.kernel))
+    rest = simulate(model.kernel, _cut(middle, begun.state, half, TICKS - half))
     again = {
         "when it is simulated again": simulate(model.kernel, batch).state,
         "in two parts": rest.state,
@@ -92,12 +93,12 @@ def _plain(bench: Bench, batch: Batch, compiled: BatchResult) -> Iterator[Findin
             plain = simulate(kernel, batch)
         if not np.allclose(plain.state, compiled.state, rtol=1e-6, atol=1e-9, equal_nan=True):
             name = _worst(bench.plant.model.states, plain.state, compiled.state)
-            what = f"machine code and plain Python differ after {SECONDS} s: {name}"
+            what = f"machine code and plain Python differ after {TICKS} ticks: {name}"
             yield of_model(bench, "repetition", "kernel", what, "use nothing in it that numba computes otherwise")
 
 
 def opening(bench: Bench, members: int = 1) -> Batch:
-    """Members in the first seconds of a run, the plant's own noise included."""
+    """Members in the first ticks of a run, the plant's own noise included."""
     model = bench.plant.model
     none = np.zeros((members, len(model.faults)))
     ones = np.ones(members)
@@ -106,10 +107,10 @@ def opening(bench: Bench, members: int = 1) -> Batch:
         parameters=np.tile(bench.nominal, (members, 1)),
         severity=none,
         onset_s=np.full_like(none, np.inf),
-        inputs=np.tile(bench.plant.start, (1, SECONDS, 1)),
+        inputs=np.tile(bench.plant.start, (1, TICKS, 1)),
         input_of=np.zeros(members, dtype=np.int64),
         start_s=0.0,
-        steps=SECONDS,
+        steps=TICKS,
         stride=1,
         record=tuple(range(len(model.states))),
         seeds=np.arange(members, dtype=np.int64) + 5,
@@ -144,7 +145,7 @@ def _interpreted() -> Iterator[None]:
 
 
 def _cut(batch: Batch, state: Table, begin: int, steps: int) -> Batch:
-    return replace(batch, state=state, start_s=float(begin), steps=steps, inputs=batch.inputs[:, begin : begin + steps])
+    return replace(batch, state=state, steps=steps, inputs=batch.inputs[:, begin : begin + steps])
 
 
 def _not_a_state(state: Vec, columns: int) -> str:

@@ -34,7 +34,7 @@ class Course:
     plant: Plant
     """The plant."""
     seen: tuple[Snapshot, ...]
-    """What its instruments said, one snapshot per second."""
+    """What its instruments said, one snapshot per tick."""
     truth: Trajectory
     """True values, one member."""
     states: tuple[tuple[str, float], ...]
@@ -62,6 +62,10 @@ class Course:
     def read(self, tag: str) -> Vec:
         """What the instrument of ``tag`` said, shape (times,)."""
         return np.array([snapshot.values[tag] for snapshot in self.seen])
+
+    def lasts_s(self, moments: NDArray[np.bool_]) -> float:
+        """How long so many moments are together [s]."""
+        return float(moments.sum()) * self.truth.dt_s
 
     def after(self, at_s: float) -> NDArray[np.bool_]:
         """Which moments are later than ``at_s`` [s], shape (times,)."""
@@ -105,7 +109,8 @@ def run(plant: Plant, setting: Setting, act: Act = lambda seen: None) -> Course:
             seen.append(link.advance())
     except ProcessError as error:
         broke = str(error)
-    truth = process.truth() if seen else Trajectory(1.0, 1.0, {})
+    tick_s = plant.description.timing.tick_s
+    truth = process.truth() if seen else Trajectory(tick_s, tick_s, {})
     return Course(plant, tuple(seen), truth, tuple(recipe.sequencer.drain()), recipe.acted_s, broke)
 
 

@@ -62,7 +62,7 @@ def _route(bench: Bench, course: Course) -> Iterator[Finding]:
         yield refused
         return
     signals = {tag: values[:, course.after(at_s)] for tag, values in course.truth.signals.items()}
-    nearest = float(np.max(step.transition.guard.margins(signals, 1.0), initial=-math.inf))
+    nearest = float(np.max(step.transition.guard.margins(signals, course.truth.dt_s), initial=-math.inf))
     what = (
         f"the fault-free plant does not come from {step.transition.source!r} to {step.target!r} "
         f"in {bench.plant.end_s:g} s: '{step.transition.guard}' never holds, its "
@@ -105,8 +105,9 @@ def _violated(bench: Bench, course: Course, limit: Limit, outside: np.ndarray) -
     starts = first_s <= course.started_s and limit.name in bench.plant.description.start_up.limits
     place = bench.places.row("start_up", limit=limit.name) if starts else bench.places.row("limits", id=limit.name)
     what = (
-        f"{limit.name} does not hold in the fault-free plant: '{limit.formula}' is violated for {int(outside.sum())} "
-        f"s, first at {first_s:g} s, by up to {-np.nanmin(margins):.4g} {limit.formula.unit}"
+        f"{limit.name} does not hold in the fault-free plant: '{limit.formula}' is violated for "
+        f"{course.lasts_s(outside):g} s, first at {first_s:g} s, by up to "
+        f"{-np.nanmin(margins):.4g} {limit.formula.unit}"
     )
     remedy = "correct the limit, the setpoints in setpoints.csv, or the model"
     return Finding(Severity.ERROR, "fault-free", place, what, remedy)
@@ -123,7 +124,8 @@ def _ranges(bench: Bench, course: Course) -> Iterator[Finding]:
             worst = values[int(np.argmax(np.maximum(tag.range.low - values, values - tag.range.high)))]
             what = (
                 f"the true {tag.name!r} is outside its instrument's range {tag.range.low:g} to {tag.range.high:g} "
-                f"{tag.unit} for {int(outside.sum())} s of the fault-free course, as far as {worst:.4g} {tag.unit}"
+                f"{tag.unit} for {course.lasts_s(outside):g} s of the fault-free course, as far as {worst:.4g} "
+                f"{tag.unit}"
             )
             place = bench.places.row("signals", tag=tag.name)
             yield Finding(Severity.ERROR, "fault-free", place, what, "correct the range, or the parameters behind it")
@@ -135,9 +137,9 @@ def _states(bench: Bench, course: Course) -> Iterator[Finding]:
     ends = [*(at_s for _, at_s in course.states[1:]), math.inf]
     for (name, from_s), to_s in zip(course.states, ends, strict=True):
         state = d.machine.state(name)
-        during = course.after(from_s - 1.0) & (course.truth.times_s <= to_s)
+        during = course.after(from_s - course.truth.dt_s) & (course.truth.times_s <= to_s)
         signals = {tag: values[:, during] for tag, values in course.truth.signals.items()}
-        if not during.any() or (state.settled_when.margins(signals, 1.0) >= 0.0).any():
+        if not during.any() or (state.settled_when.margins(signals, course.truth.dt_s) >= 0.0).any():
             continue
         what = f"{name!r} is entered at {from_s:g} s, but '{state.settled_when}' holds at no moment of it"
         place = bench.places.row("states", id=name)

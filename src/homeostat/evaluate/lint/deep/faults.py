@@ -22,8 +22,8 @@ from homeostat.process.batch import Batch, ProcessError, simulate
 from homeostat.process.types import Table
 from homeostat.twin.history import Window
 
-SECONDS: Final = 60
-"""For how long it is tried whether a fault does anything [s]."""
+TICKS: Final = 60
+"""For how many ticks it is tried whether a fault does anything."""
 ALIKE: Final = 1.0
 """Standard deviations of noise by which the courses of two faults differ that nobody tells apart [1]."""
 
@@ -99,7 +99,7 @@ def _can_act(bench: Bench, fault: FaultMode) -> bool:
     commanded = [s for s in d.signals if s.tag.role is Role.MV and s.variable in model.inputs]
     for moment in moments(bench):
         for end in ("low", "high", None):
-            inputs = np.tile(moment.window.inputs[-1], (SECONDS, 1))
+            inputs = np.tile(moment.window.inputs[-1], (TICKS, 1))
             for signal in commanded if end else ():
                 inputs[:, model.inputs.index(signal.variable)] = getattr(signal.tag.range, str(end))
             batch = batch_of(bench, Window(moment.window.end_s, {}, inputs), moment.state, moment.window.end_s)

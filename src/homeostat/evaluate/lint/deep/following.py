@@ -26,19 +26,24 @@ SAME: Final = 0.01
 """Share of a tag's range by which an estimate may be off [1]."""
 BUMP: Final = 0.01
 """Share of an output's range by which control may jump where it resumes [1]."""
-LATEST_S: Final = 300
-"""Readings from which control resumes [s]."""
+LATEST: Final = 300
+"""Readings from which control resumes."""
 
 
 class Moment(NamedTuple):
     """One moment of the quiet course."""
 
     row: int
-    """How many seconds of it there are before this one."""
+    """How many ticks of it there are before this one."""
     window: Window
     """All that was read until then."""
     state: Vec
     """The true state, shape (states,)."""
+
+    @property
+    def at_s(self) -> float:
+        """Process time [s]."""
+        return self.window.end_s
 
 
 def following(bench: Bench) -> Iterator[Finding]:
@@ -64,7 +69,13 @@ def _findings(bench: Bench) -> Iterator[Finding]:
 def moments(bench: Bench) -> Iterator[Moment]:
     """Some moments of the quiet course, with the true states."""
     plant, course = bench.plant, bench.quiet
-    history = History(plant.description.variables, plant.model.inputs, plant.twin.settle_rows, len(course.seen))
+    history = History(
+        plant.description.variables,
+        plant.model.inputs,
+        plant.twin.settle_rows,
+        len(course.seen),
+        plant.description.timing.tick_s,
+    )
     for snapshot in course.seen:
         history.append(snapshot)
     whole = history.whole
@@ -98,7 +109,7 @@ def batch_of(bench: Bench, window: Window, state: Vec, start_s: float = 0.0) -> 
 def _part(window: Window, first: int, last: int) -> Window:
     """Rows ``first`` to ``last`` - 1."""
     readings = {name: column[first:last] for name, column in window.readings.items()}
-    return Window(window.start_s + first, readings, window.inputs[first:last], window.settle_rows)
+    return Window(window.at_s(first), readings, window.inputs[first:last], window.settle_rows, tick_s=window.tick_s)
 
 
 def _estimate(bench: Bench, moment: Moment) -> Iterator[Finding]:
@@ -120,10 +131,10 @@ def _estimate(bench: Bench, moment: Moment) -> Iterator[Finding]:
             what = (
                 f"from {name!r} = {read[name]:.6g} {tag.unit} it makes a state that shows {again[name]:.6g} {tag.unit}"
             )
-            yield of_model(bench, "following", "estimate", f"at {moment.row + 1} s {what}", _TAKE.format(name=name))
+            yield of_model(bench, "following", "estimate", f"at {moment.at_s:g} s {what}", _TAKE.format(name=name))
         elif signal.relation is Relation.MEASURES and np.abs(np.diff(truth[name], axis=0)).min() > allowed:
             values = f"{truth[name][0, 0]:.6g} {tag.unit}, the state that it makes {truth[name][1, 0]:.6g} {tag.unit}"
-            what = f"at {moment.row + 1} s the true {name!r} is {values}"
+            what = f"at {moment.at_s:g} s the true {name!r} is {values}"
             yield of_model(bench, "following", "estimate", what, _TAKE.format(name=name))
 
 
@@ -133,8 +144,8 @@ _TAKE: Final = "let the state that {name!r} shows be what was read"
 def _replayed(bench: Bench, moment: Moment) -> Iterator[Finding]:
     """The model driven by what was recorded shows what was read, to the errors that the settings state."""
     plant = bench.plant
-    seconds = min(plant.twin.replay_s, moment.window.length)
-    window = _part(moment.window, moment.window.length - seconds, moment.window.length)
+    rows = min(plant.description.timing.ticks(plant.twin.replay_s), moment.window.length)
+    window = _part(moment.window, moment.window.length - rows, moment.window.length)
     names = tuple(plant.twin.errors)
     none = np.zeros((1, len(plant.model.faults)))
     healthy = Carried(none, np.full_like(none, np.inf), ((),))
@@ -143,12 +154,13 @@ def _replayed(bench: Bench, moment: Moment) -> Iterator[Finding]:
         noise, error = plant.twin.errors[name]
         off = np.abs(shown[:, k] - window.readings[name][1:])
         moved = plant.twin.gain_error * float(np.ptp(window.readings[name]))
-        late = plant.twin.lag_error_s * float(np.abs(np.diff(window.readings[name])).max(initial=0.0))
+        late = plant.twin.lag_error_s / window.tick_s * float(np.abs(np.diff(window.readings[name])).max(initial=0.0))
         allowed = noise + error + moved + late
         worst = int(np.argmax(off))
         if float(np.sqrt(np.mean(off**2))) > allowed:
             what = (
-                f"a replay of the {seconds} s before {moment.row + 1} s misses {name!r} by up to {off[worst]:.3g}, "
+                f"a replay of the {rows * window.tick_s:g} s before {moment.at_s:g} s misses {name!r} by up to "
+                f"{off[worst]:.3g}, "
                 f"more than the {allowed:.3g} that [twin] states of its errors"
             )
             yield of_model(bench, "following", "replay_inputs", what, _FOLLOW)
@@ -163,7 +175,7 @@ _FOLLOW: Final = (
 def _resumed(bench: Bench, moment: Moment) -> Iterator[Finding]:
     """From a state that knows the last readings alone, the next commands are those of the plant that went on."""
     model, d = bench.plant.model, bench.plant.description
-    window = _part(moment.window, max(0, moment.window.length - LATEST_S), moment.window.length)
+    window = _part(moment.window, max(0, moment.window.length - LATEST), moment.window.length)
     states: Table = model.estimate(window.at(-1))[None].copy()
     parameters = bench.nominal[None].copy()
     model.resume(states, window.readings, parameters)
@@ -176,7 +188,7 @@ def _resumed(bench: Bench, moment: Moment) -> Iterator[Finding]:
         jump = abs(resumed[name] - went[name])
         if not jump <= BUMP * tag.range.span:
             what = (
-                f"where control goes on at {moment.row + 1} s, loop {loop.name!r} commands {tag.name!r} = "
+                f"where control goes on at {moment.at_s:g} s, loop {loop.name!r} commands {tag.name!r} = "
                 f"{resumed[name]:.4g} {tag.unit} instead of {went[name]:.4g} {tag.unit}"
             )
             yield of_model(
@@ -185,7 +197,7 @@ def _resumed(bench: Bench, moment: Moment) -> Iterator[Finding]:
 
 
 def _next(bench: Bench, ahead: Window, state: Vec, start_s: float) -> Mapping[str, float]:
-    """Readings one second later."""
+    """Readings one tick later."""
     model = bench.plant.model
     after = simulate(model.kernel, batch_of(bench, ahead, state, start_s)).state[0]
     return model.readings(after, ahead.inputs[0])

@@ -27,6 +27,8 @@ FOLLOWED: Final = 0.63
 SLOWER: Final = 10.0
 """Multiple of the time for its whole range that a loop may take for a small step [1]."""
 ROUND: Final = 1e-9
+AVERAGED_S: Final = 30.0
+"""For how long it is averaged where a loop has come to, by the reference [s]."""
 
 
 def loops(bench: Bench) -> Iterator[Finding]:
@@ -108,7 +110,8 @@ def _follows(bench: Bench, loop: ControlLoop) -> Finding | None:
     size = min(5.0 * pv.scale, 0.2 * sp.range.span)
     target = before - size if before - size >= sp.range.low else before + size
     horizon_s = float(plant.twin.horizon_s)
-    begin_s = plant.end_s - horizon_s - 1.0
+    timing = d.timing
+    begin_s = plant.end_s - horizon_s - timing.tick_s
     if begin_s <= bench.quiet.settled_s:
         return None
 
@@ -120,7 +123,7 @@ def _follows(bench: Bench, loop: ControlLoop) -> Finding | None:
     if course.broke:
         what = f"the plant breaks after {sp.name!r} is set to {target:g} {sp.unit}: {course.broke}"
         return _finding(bench, loop, what, "mend the equations, or lower the gains")
-    late = course.after(course.truth.times_s[-1] - 30.0)
+    late = course.after(course.truth.times_s[-1] - timing.time_s(AVERAGED_S))
     reached = float((course.true(pv.name) - before)[late].mean())
     if abs(reached - (target - before)) <= 0.2 * size + ROUND:
         return _slow(bench, loop, course, begin_s, target)
@@ -142,8 +145,9 @@ def _slow(bench: Bench, loop: ControlLoop, course: Course, begin_s: float, targe
     late = course.after(begin_s)
     values = course.true(loop.process_variable)[late]
     there = np.abs(values - target) <= (1.0 - FOLLOWED) * abs(values[0] - target)
-    follows_s = float(np.argmax(there)) if there.any() else float(late.sum())
-    if follows_s <= SLOWER * max(stated_s, 1.0):
+    ticks = np.argmax(there) if there.any() else late.sum()
+    follows_s, tick_s = float(ticks) * course.truth.dt_s, course.truth.dt_s
+    if follows_s <= SLOWER * max(stated_s, tick_s):
         return None
     row = bench.places.row("writables", tag=sp.name)
     what = (

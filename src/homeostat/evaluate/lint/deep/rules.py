@@ -56,7 +56,7 @@ def _by_design(bench: Bench) -> Iterator[Finding]:
     course, d = bench.quiet, bench.plant.description
     ends = [*(at_s for _, at_s in course.states[1:]), math.inf]
     for limit in _permissives(bench):
-        found = limit.formula.margins(course.truth.signals, 1.0)
+        found = limit.formula.margins(course.truth.signals, course.truth.dt_s)
         fails = ~(np.broadcast_to(found, (1, course.truth.times_s.size))[0] >= 0.0)  # what is undecided forbids, too
         for (state, from_s), to_s in zip(course.states, ends, strict=True):
             during = course.after(from_s) & (course.truth.times_s < to_s)
@@ -64,7 +64,8 @@ def _by_design(bench: Bench) -> Iterator[Finding]:
                 continue
             what = (
                 f"'{limit.formula}' forbids what {state!r} is by design: it does not hold for "
-                f"{int(fails[during].sum())} of {int(during.sum())} s of the fault-free plant in that state"
+                f"{course.lasts_s(fails[during]):g} of {course.lasts_s(during):g} s of the fault-free plant "
+                f"in that state"
             )
             place = bench.places.row("limits", id=limit.name)
             yield Finding(Severity.ERROR, "rules", place, what, "correct the permissive, or what the state admits")
@@ -88,7 +89,7 @@ def _admitted(bench: Bench) -> Iterator[Finding]:
                     found.add(limit.name)
                     what = (
                         f"'{limit.formula}' forbids {tag!r} = {value:g}, which {state.name!r} admits, and no limit "
-                        f"needs it: {bench.plant.twin.horizon_s} s after that command every limit is kept"
+                        f"needs it: {bench.plant.twin.horizon_s:g} s after that command every limit is kept"
                     )
                     place = bench.places.row("limits", id=limit.name)
                     remedy = "correct the permissive, or let the state admit less (setpoints.csv)"
@@ -107,7 +108,7 @@ def _needed(bench: Bench, state: State, tag: str, value: float) -> bool:
     """Whether some limit would be violated in the twin's horizon after ``tag`` is set to ``value`` in ``state``."""
     plant = bench.plant
     commands = [Command(r.tag, r.design, None) for r in state.setpoints if r.tag != tag and r.design is not None]
-    begin_s = plant.end_s - plant.twin.horizon_s - 1.0
+    begin_s = plant.end_s - plant.twin.horizon_s - plant.description.timing.tick_s
 
     def act(seen: Snapshot) -> ActionSet | None:
         return ActionSet((*commands, Command(tag, value, None)), state.name) if seen.at_s >= begin_s else None

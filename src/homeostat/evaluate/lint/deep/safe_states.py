@@ -18,10 +18,10 @@ from homeostat.guard.fallback.effect import EffectWatch
 from homeostat.guard.watch.trips import Violation
 from homeostat.plants.assembly import fallbacks
 
-LATE_S: Final = 3.0
-"""A limit trips so long after its first violation [s]."""
+LATE: Final = 3.0
+"""A limit trips so many ticks after its first violation."""
 LEAST_S: Final = 200.0
-"""For how long it is followed at least [s]."""
+"""For how long it is followed at least, by the reference [s]."""
 PERIODS: Final = 4.0
 """Multiples of its time for which it is followed whether a strategy helps [1]."""
 _REMEDY: Final = "command more, faster (fallbacks.csv), or state another strategy for the limit (fallback_limits.csv)"
@@ -79,10 +79,10 @@ def _healthy(bench: Bench, strategy: FallbackStrategy, course: Course) -> Iterat
     state = machine.state(name)
     late = course.after(course.states[-1][1] if course.states else course.acted_s)
     signals = {tag: values[:, late] for tag, values in course.truth.signals.items()}
-    margins = state.settled_when.margins(signals, 1.0)
+    margins = state.settled_when.margins(signals, course.truth.dt_s)
     if not (margins >= 0.0).any():
         what = (
-            f"{strategy.name!r} does not reach {name!r} in {late.sum()} s on the fault-free plant: "
+            f"{strategy.name!r} does not reach {name!r} in {course.lasts_s(late):g} s on the fault-free plant: "
             f"'{state.settled_when}' never holds, its margin is {margins.max():.4g} {state.settled_when.unit} at best"
         )
         remedy = f"command what the state needs, or correct its settled_when ({bench.places.row('states', id=name)})"
@@ -97,14 +97,15 @@ def _healthy(bench: Bench, strategy: FallbackStrategy, course: Course) -> Iterat
         if outside.any():
             what = (
                 f"{strategy.name!r} violates {limit.name} on the fault-free plant: '{limit.formula}' does not hold for "
-                f"{int(outside.sum())} s, first {float(course.truth.times_s[outside][0]) - course.acted_s:g} s after it"
+                f"{course.lasts_s(outside):g} s, first "
+                f"{float(course.truth.times_s[outside][0]) - course.acted_s:g} s after it"
             )
             yield Finding(Severity.ERROR, "fallbacks", place, what, "correct its commands, their order or their rates")
 
 
 def _restarts(bench: Bench) -> Iterator[Finding]:
     """Out of a safe state somebody can decide to go on after some strategy that leads there."""
-    machine = bench.plant.description.machine
+    machine, tick_s = bench.plant.description.machine, bench.plant.description.timing.tick_s
     ends: dict[str, list[Course]] = {}
     for course in after_fallbacks(bench):
         for name, _ in course.states[-1:]:
@@ -113,7 +114,7 @@ def _restarts(bench: Bench) -> Iterator[Finding]:
         onward = [t for t in machine.transitions if t.source == name and t.target != name and t.on_decision]
         for transition in onward:
             late = [{t: v[:, c.after(c.acted_s)] for t, v in c.truth.signals.items()} for c in courses]
-            best = max(float(np.max(transition.guard.margins(signals, 1.0))) for signals in late)
+            best = max(float(np.max(transition.guard.margins(signals, tick_s))) for signals in late)
             if best < 0.0:
                 what = (
                     f"'{transition.guard}' holds at no moment in {name!r} after any fallback that leads there, and its "
@@ -182,18 +183,19 @@ def _asked(bench: Bench) -> Iterator[_Asked]:
 def _fails(bench: Bench, asked: _Asked, strategy: FallbackStrategy) -> _Failure | None:
     """Why ``strategy`` does not help, as the guard would say; None where it does."""
     bench.told(f"{strategy.name} under {asked.fault.name}")
+    timing = bench.plant.description.timing
 
     def act(seen: Snapshot) -> ActionSet | None:
-        return strategy.actions if seen.at_s >= asked.from_s + LATE_S else None
+        return strategy.actions if seen.at_s >= asked.from_s + LATE * timing.tick_s else None
 
     fault = FaultState(asked.fault.name, asked.severity, bench.onset_s)
     effect = strategy.serves[asked.limit.name]
-    end_s = min(bench.plant.end_s, asked.from_s + max(PERIODS * effect.acts_within_s, LEAST_S))
+    end_s = min(bench.plant.end_s, asked.from_s + max(PERIODS * effect.acts_within_s, timing.time_s(LEAST_S)))
     course = bench.acted((fault,), noise=1.0, act=act, end_s=end_s)
     if course.broke:
         return _Failure(asked.fault.name, f"the plant breaks: {course.broke}", None)
     stands_s = course.acted_s + _confirm_s(bench, strategy)
-    watch = EffectWatch(fallbacks(bench.plant))
+    watch = EffectWatch(fallbacks(bench.plant), timing)
     for snapshot in course.seen:
         if snapshot.at_s <= stands_s:
             continue

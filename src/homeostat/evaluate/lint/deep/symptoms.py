@@ -32,7 +32,7 @@ class Shown:
 def first_symptoms(bench: Bench, course: Course, from_s: float) -> dict[SymptomRule, Shown]:
     """What each rule shows from ``from_s`` on [s]; the features are followed from long enough before."""
     d = bench.plant.description
-    filters = [FeatureFilter(feature) for feature in d.features]
+    filters = [FeatureFilter(feature, d.timing.tick_s) for feature in d.features]
     watches = {f.name: [SymptomWatch(r, bench.baselines[f.name]) for r in d.symptom_rules if r.feature == f.name]
                for f in d.features}  # fmt: skip
     confirmed: dict[str, float] = {}

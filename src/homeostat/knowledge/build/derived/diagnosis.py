@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from homeostat.domain.plant.timing import Timing
 from homeostat.knowledge.build.derived.actuators import WEAK, fault_names
 from homeostat.knowledge.build.derived.draft import Cells, Draft, Line, number, written
 from homeostat.knowledge.build.derived.instruments import absolute_noise, is_position
@@ -12,10 +13,10 @@ from homeostat.knowledge.build.derived.loops import actuators_of
 from homeostat.knowledge.build.derived.parameters import time_constant
 from homeostat.knowledge.build.tables.reading import Origin
 
-FILTER_S: Final = 5.0
-"""Filter of a control deviation [s]."""
-LEAST_S: Final = 3.0
-"""An actuator that follows within this time is not waited for longer [s]."""
+FILTER: Final = 5.0
+"""Filter of a control deviation, in ticks."""
+LEAST: Final = 3.0
+"""An actuator that follows within so many ticks is not waited for longer."""
 LAGS: Final = 3.0
 """Time constants after which an actuator has followed [1]."""
 STROKES: Final = 7.0
@@ -23,7 +24,7 @@ STROKES: Final = 7.0
 
 From command to position it is 1/2 (exp(-t / 3 tau) - exp(-t / tau)) of its travel, less than 5 % from 7 tau on."""
 MOST_S: Final = 600.0
-"""No symptom waits for longer for an actuator [s]."""
+"""No symptom waits for longer for an actuator, by the reference [s]."""
 TRAVEL: Final = 0.05
 """A position that is so far from its command does not follow it [1]."""
 NOISES: Final = 3.0
@@ -67,8 +68,9 @@ def _deviations(draft: Draft, instruments: Mapping[str, Line]) -> Iterator[_Sign
             continue
         noise = absolute_noise(instrument) if instrument is not None else 0.0
         about = {"unit": held["unit"], "component": held["component"], "description": f"Deviation of {line['pv']}"}
-        feature = about | {"expression": f"{line['pv']} - {line['sp']}", "filter_s": written(FILTER_S)}
-        size = {"sigma": "7", "threshold": written(max(scale, NOISES * noise)), "on_delay_s": written(FILTER_S)}
+        filter_s = written(FILTER * draft.timing.tick_s)
+        feature = about | {"expression": f"{line['pv']} - {line['sp']}", "filter_s": filter_s}
+        size = {"sigma": "7", "threshold": written(max(scale, NOISES * noise)), "on_delay_s": filter_s}
         words = f"{line['pv']} is not at its setpoint"
         symptom = _add(draft, line.follows, line["id"], feature, size | {"description": words})
         driven, place = actuators_of(draft, line), instrument["at"] if instrument is not None else ""
@@ -83,7 +85,7 @@ def _positions(draft: Draft) -> Iterator[_Sign]:
         if not is_position(draft, line) or shown is None or command is None or shown["unit"] != command["unit"]:
             continue
         tau_s, lags = time_constant(draft, line["at"]), LAGS if line["at"] in driven else STROKES
-        lag_s, delay_s = (max(LEAST_S, min(math.ceil(each * tau_s), MOST_S)) for each in (LAGS, lags))
+        lag_s, delay_s = (_followed_s(draft.timing, each * tau_s) for each in (LAGS, lags))
         about = {"unit": shown["unit"], "component": line["at"], "description": f"{line['at']}: position and command"}
         feature = about | {"expression": f"{line['tag']} - {command['tag']}", "filter_s": written(lag_s)}
         size = {
@@ -94,6 +96,12 @@ def _positions(draft: Draft) -> Iterator[_Sign]:
         words = f"{line['at']} does not follow its command"
         symptom = _add(draft, line.follows, line["at"], feature, size | {"description": words})
         yield _Sign(symptom, (line["at"],), frozenset({line["id"], line["at"]}), False)
+
+
+def _followed_s(timing: Timing, after_s: float) -> float:
+    """How long an actuator is waited for that has followed ``after_s`` [s], in whole ticks [s]."""
+    lag_s = timing.at_s(math.ceil(after_s / timing.tick_s))
+    return max(timing.at_s(LEAST), min(lag_s, timing.time_s(MOST_S)))
 
 
 def _add(draft: Draft, origin: Origin, name: str, feature: Cells, symptom: Cells) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from homeostat.domain.plant.timing import Timing
 from homeostat.knowledge.build.tables.reading import Origin, Rows
 from homeostat.knowledge.build.tables.schemas import EVERY
 
@@ -57,8 +58,10 @@ class Draft:
     out, and of those that are empty and must not be; an empty cell of another column says that there is nothing.
     """
 
-    def __init__(self, stated: Mapping[str, Rows], lines: Mapping[str, list[Line]]) -> None:
+    def __init__(self, stated: Mapping[str, Rows], lines: Mapping[str, list[Line]], timing: Timing) -> None:
         """``stated`` says which tables and columns there are; ``lines`` are their rows, keys included."""
+        self.timing = timing
+        """How often the plant is sampled, and how fast it is."""
         self._columns = {name: frozenset(table.columns) for name, table in stated.items()}
         self._former = {name: table.former for name, table in stated.items()}
         self._lines = {name: list(lines.get(name, ())) for name in EVERY}

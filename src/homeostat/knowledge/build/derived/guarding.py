@@ -5,20 +5,20 @@ from dataclasses import dataclass
 from typing import Final
 
 from homeostat.knowledge.build.derived.draft import Draft, Line, number, one_digit, written
-from homeostat.knowledge.build.derived.instruments import STALE_S, absolute_noise
+from homeostat.knowledge.build.derived.instruments import STALE, absolute_noise
 from homeostat.knowledge.build.derived.loops import commands_of
-from homeostat.knowledge.checks.consistency_bounds import SCALE_S, WORST_S
+from homeostat.knowledge.checks.consistency_bounds import SCALE_TICKS, WORST_TICKS
 from homeostat.knowledge.checks.reach import deepest
 from homeostat.stl.constants import filled
 from homeostat.stl.formula import Formula, FormulaError, parse
 from homeostat.stl.text import render
 
-TRIP_GRACE_S: Final = "10"
-"""For so long nobody may see a hard limit before the fallback acts [s]."""
-CONFIRM_S: Final = "3"
-"""A command is read back within this time [s]."""
-ACTS_WITHIN_S: Final = "60"
-"""A fallback brings a limit back within this time [s]."""
+TRIP_GRACE: Final = 10.0
+"""For so long nobody may see a hard limit before the fallback acts, in ticks."""
+CONFIRM: Final = 3.0
+"""A command is read back within so many ticks."""
+ACTS_WITHIN_S: Final = 60.0
+"""A fallback brings a limit back within this time, by the reference [s]."""
 NOISES: Final = 20.0
 """A threshold is so many standard deviations of a reading [1]."""
 
@@ -31,7 +31,7 @@ def add_guarding(draft: Draft) -> None:
     for line in draft.lines("signals"):
         if line["relation"] == "overrides":
             continue  # on automatic it has no value, and nobody can say how old that is
-        own = {"tag": line["tag"], "stale_s": STALE_S, "grace_s": "0"}
+        own = {"tag": line["tag"], "stale_s": written(STALE * draft.timing.tick_s), "grace_s": "0"}
         draft.add("quality", line.follows, own | {"description": "Worked out or read back, without noise"})
 
 
@@ -40,7 +40,8 @@ def _add_effects(draft: Draft) -> None:
     strategies = draft.column("fallbacks", "strategy")
     if len(strategies) == 1:
         for line in _hard(draft):
-            own = {"strategy": min(strategies), "limit": line["id"], "acts_within_s": ACTS_WITHIN_S, "rest": "0"}
+            within_s = written(draft.timing.time_s(ACTS_WITHIN_S))
+            own = {"strategy": min(strategies), "limit": line["id"], "acts_within_s": within_s, "rest": "0"}
             draft.add("fallback_limits", line.follows, own | {"description": "The only fallback there is"})
 
 
@@ -61,12 +62,16 @@ def _add_trips(draft: Draft) -> None:
     for line in _hard(draft):
         cusum = _threshold(draft, line["formula"], noises)
         words = f"{NOISES:g} standard deviations of a reading, and at least what counts as one"
-        own = {"limit": line["id"], "cusum": written(cusum), "grace_s": TRIP_GRACE_S, "lift": "0", "lift_s": "0"}
+        grace_s = written(TRIP_GRACE * draft.timing.tick_s)
+        own = {"limit": line["id"], "cusum": written(cusum), "grace_s": grace_s, "lift": "0", "lift_s": "0"}
         draft.add("trips", line.follows, own | {"description": words})
 
 
 def _threshold(draft: Draft, text: str, noises: dict[str, float]) -> float:
-    """What a violation adds up to before it trips, in the unit of the limit's margin times s."""
+    """What a violation adds up to before it trips, in the unit of the limit's margin times s; a reading counts a tick.
+
+    It grows with the tick, therefore.
+    """
     ranges, units = {}, {}
     for line in draft.lines("signals"):
         low, high, scale = (number(line[column]) for column in ("low", "high", "scale"))
@@ -79,8 +84,8 @@ def _threshold(draft: Draft, text: str, noises: dict[str, float]) -> float:
         scale, noise = max(units[tag].scale for tag in formula.tags), max(noises.get(tag, 0.0) for tag in formula.tags)
     else:
         scale, noise = 1.0, max(noises.get(tag, 0.0) / units[tag].scale for tag in formula.tags)
-    most = min(SCALE_S * scale, WORST_S * deepest(formula, ranges))
-    return min(max(NOISES * noise, scale), most)
+    most = min(SCALE_TICKS * scale, WORST_TICKS * deepest(formula, ranges))
+    return draft.timing.tick_s * min(max(NOISES * noise, scale), most)
 
 
 def _read(draft: Draft, text: str, units: dict[str, _Unit]) -> Formula | None:
@@ -106,7 +111,7 @@ def _add_writables(draft: Draft) -> None:
             own = {
                 "tag": tag["tag"],
                 "tolerance": written(_tolerance(tag)),
-                "confirm_s": CONFIRM_S,
+                "confirm_s": written(CONFIRM * draft.timing.tick_s),
                 "ramped_by": "plant",
                 "automatic": "yes" if automatic else "no",
                 "description": "Half of the step in which it is set",

@@ -5,12 +5,12 @@ from typing import Final
 from homeostat.knowledge.build.derived.draft import Cells, Draft, Line, number, one_digit, written
 from homeostat.knowledge.checks.consistency_bounds import NOISE
 
-STALE_S: Final = "5"
-"""A reading that is older is no reading [s]."""
-FROZEN_S: Final = "10"
-"""A noisy reading that stays the same for longer is frozen [s]."""
-DOUBTED_S: Final = "5"
-"""For so long a reading may be missing or doubted before somebody acts [s]."""
+STALE: Final = 5.0
+"""A reading that is older is no reading, in ticks."""
+FROZEN: Final = 10.0
+"""A noisy reading that stays the same for longer is frozen, in ticks."""
+DOUBTED: Final = 5.0
+"""For so long a reading may be missing or doubted before somebody acts, in ticks."""
 SCALE: Final = 0.01
 """Share of a range that counts as one where a formula mixes units [1]."""
 
@@ -24,7 +24,7 @@ def add_instruments(draft: Draft) -> None:
             continue
         position = is_position(draft, line) and line["tag"] not in held
         _add(draft, line, variable_of(line), line["scale"] or written(one_digit(SCALE * (high - low))), position)
-        draft.add("quality", line.follows, _quality(line, high - low))
+        draft.add("quality", line.follows, _quality(draft, line, high - low))
 
 
 def is_position(draft: Draft, line: Line) -> bool:
@@ -68,11 +68,20 @@ def _add(draft: Draft, line: Line, variable: str, scale: str, position: bool) ->
     draft.add("sensors", line.follows, errors)
 
 
-def _quality(line: Line, span: float) -> Cells:
+def _quality(draft: Draft, line: Line, span: float) -> Cells:
     """When a reading is believed; one without noise of its own may stay the same for long."""
-    noise = absolute_noise(line)
+    noise, tick_s = absolute_noise(line), draft.timing.tick_s
     noisy = NOISE[0] * span <= noise <= NOISE[1] * span
-    seen = {"noise": line["noise"], "frozen_s": FROZEN_S} if noisy else {}
+    seen = {"noise": line["noise"], "frozen_s": written(FROZEN * tick_s)} if noisy else {}
     fast = {"fastest": line["fastest"]} if line["fastest"] else {}
     words = f"Follows from the row of {line['id']} in instruments.csv"
-    return {"tag": line["tag"], "stale_s": STALE_S, "grace_s": DOUBTED_S, "description": words} | seen | fast
+    return (
+        {
+            "tag": line["tag"],
+            "stale_s": written(STALE * tick_s),
+            "grace_s": written(DOUBTED * tick_s),
+            "description": words,
+        }
+        | seen
+        | fast
+    )

@@ -8,7 +8,9 @@ from homeostat.knowledge.build.derived.instruments import plain
 from homeostat.knowledge.build.tables.reading import Origin
 
 RANGE_S: Final = 200.0
-"""A setpoint is ramped through its range in this time, where nothing else is stated [s]."""
+"""A setpoint is ramped through its range in this time, by the reference, where nothing else is stated [s]."""
+BY_HAND_S: Final = 5.0
+"""An actuator is moved through its range by hand in this time, by the reference [s]."""
 INCREMENT: Final = 0.5
 """Share of a tag's scale that is the step in which it is set by hand [1]."""
 
@@ -69,7 +71,8 @@ def _add_manual(draft: Draft, origin: Origin, actuator: str) -> None:
 
 
 def _add_output(draft: Draft, origin: Origin, actuator: str, own: dict[str, str], by_hand: bool) -> None:
-    speed = {"rate_limit": "0.2", "increment": "0.01"} if by_hand else {}
+    rate = written(1.0 / draft.timing.time_s(BY_HAND_S))
+    speed = {"rate_limit": rate, "increment": "0.01"} if by_hand else {}
     shared = {"role": "MV", "unit": "1", "low": "0", "high": "1", "scale": "0.05", "component": actuator}
     draft.add("signals", origin, own | shared | {"variable": plain(own["tag"])} | speed)
 
@@ -86,7 +89,7 @@ def _add_setpoint(draft: Draft, line: Line, held: Line) -> None:
         "role": "SP",
         "low": held["low"],
         "high": held["high"],
-        "rate_limit": written(one_digit(span / RANGE_S)),
+        "rate_limit": written(one_digit(span / draft.timing.time_s(RANGE_S))),
         "increment": written(one_digit(INCREMENT * scale)),
         "relation": "sets",
         "variable": plain(line["sp"]),

@@ -5,6 +5,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
+from homeostat.domain.plant.timing import Timing
 from homeostat.knowledge.build.derived.actuators import add_actuators
 from homeostat.knowledge.build.derived.diagnosis import add_diagnosis
 from homeostat.knowledge.build.derived.draft import Draft
@@ -17,6 +18,7 @@ from homeostat.knowledge.build.derived.sequence import fill_sequence
 from homeostat.knowledge.build.derived.streams import add_streams
 from homeostat.knowledge.build.tables.reading import FOLDER, NEEDED, Rows, is_short, read_rows
 from homeostat.knowledge.build.tables.schemas import EVERY, SCHEMAS
+from homeostat.knowledge.build.timing import timing_of
 from homeostat.knowledge.store.error import GraphError, refuse
 
 
@@ -27,7 +29,7 @@ def tables(folder: Path) -> dict[str, Rows]:
     """
     stated, unread = stated_tables(folder)
     refuse(unread)
-    return derived(stated) if is_short(folder) else stated
+    return derived(stated, timing_of(folder)) if is_short(folder) else stated
 
 
 def stated_tables(folder: Path) -> tuple[dict[str, Rows], list[GraphError]]:
@@ -43,14 +45,15 @@ def stated_tables(folder: Path) -> tuple[dict[str, Rows], list[GraphError]]:
     return found, unread
 
 
-def derived(stated: Mapping[str, Rows]) -> dict[str, Rows]:
+def derived(stated: Mapping[str, Rows], timing: Timing) -> dict[str, Rows]:
     """Table -> its rows with all columns: those of ``stated``, and those that follow; see `Draft` for which counts.
 
-    Bad cells stay as they are and nothing follows from them; what is wrong is for the check of the tables to say.
+    ``timing``: that of the plant. Bad cells stay as they are and nothing follows from them; what is wrong is for the
+    check of the tables to say.
     """
     lacking = Rows((), ())
     every = {name: stated.get(name, lacking) for name in EVERY}
-    draft = Draft(every, expanded(every))
+    draft = Draft(every, expanded(every), timing)
     fill_sequence(draft)
     add_instruments(draft)
     add_streams(draft)

@@ -7,9 +7,10 @@ from enum import StrEnum
 from functools import lru_cache
 from typing import Annotated, Final, TypeAlias
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationInfo
 
-from homeostat.knowledge.description.guarding import TIMES_S
+from homeostat.domain.plant.timing import Timing
+from homeostat.knowledge.description.guarding import times_s
 from homeostat.knowledge.store.error import Code
 from homeostat.stl.formula import FormulaError, parse, parse_expression
 from homeostat.stl.spelling import near_matches
@@ -25,8 +26,8 @@ BIG: Final = 1e9
 """No quantity of a plant is larger in a unit that somebody would choose for it."""
 SMALL: Final = 1e-9
 """What must be more than nothing is at least this, in its unit."""
-HOUR_S: Final = 3_600.0
-"""One hour [s]: the readings that the twin keeps."""
+KEPT: Final = 3_600
+"""Readings that the twin keeps."""
 
 
 class CellError(ValueError):
@@ -74,20 +75,30 @@ def shown(cell: str) -> str:
 def number(low: float, high: float, unit: str, why: str) -> BeforeValidator:
     """A number from ``low`` to ``high`` in ``unit``; ``why`` says where the ends come from."""
 
-    def check(cell: str) -> float:
-        if not _NUMBER.fullmatch(cell):
-            raise CellError(Code.BAD_NUMBER, f"{shown(cell)} is no number; write one in {unit}, with a decimal point")
-        if not low <= float(cell) <= high:
-            message = f"{shown(cell)} is outside {low:g} to {high:g} {unit}: {why}; correct the cell"
-            raise CellError(Code.BAD_NUMBER, message)
-        return float(cell)
+    return BeforeValidator(lambda cell: _number(cell, (low, high), unit, why))
+
+
+def _number(cell: str, ends: tuple[float, float], unit: str, why: str) -> float:
+    if not _NUMBER.fullmatch(cell):
+        raise CellError(Code.BAD_NUMBER, f"{shown(cell)} is no number; write one in {unit}, with a decimal point")
+    if not ends[0] <= float(cell) <= ends[1]:
+        message = f"{shown(cell)} is outside {ends[0]:g} to {ends[1]:g} {unit}: {why}; correct the cell"
+        raise CellError(Code.BAD_NUMBER, message)
+    return float(cell)
+
+
+def seconds(column: str, why: str) -> BeforeValidator:
+    """A time inside the bounds of ``column`` for the plant's timing [s]; ``why`` says where they come from."""
+
+    def check(cell: str, info: ValidationInfo) -> float:
+        return _number(cell, times_s(column, _timing(info)), "s", why)
 
     return BeforeValidator(check)
 
 
-def seconds(column: str, why: str) -> BeforeValidator:
-    """A time inside the bounds of ``column`` [s]; ``why`` says where they come from."""
-    return number(*TIMES_S[column], "s", why)
+def _timing(info: ValidationInfo) -> Timing:
+    """The timing of the plant whose row is validated."""
+    return info.context if isinstance(info.context, Timing) else Timing()
 
 
 def whole(low: int, high: int, what: str) -> BeforeValidator:
@@ -224,7 +235,13 @@ OptionalSize: TypeAlias = Annotated[
     float | None, number(0.0, BIG, "(its unit)", "it cannot be negative, and an empty cell is 0")
 ]
 """A value that is not negative, or nothing."""
-Wait: TypeAlias = Annotated[float, number(0.0, HOUR_S, "s", "the twin keeps an hour of readings")]
+
+
+def _wait(cell: str, info: ValidationInfo) -> float:
+    return _number(cell, (0.0, KEPT * _timing(info).tick_s), "s", f"the twin keeps {KEPT} readings")
+
+
+Wait: TypeAlias = Annotated[float, BeforeValidator(_wait)]
 """A time that may be none [s]."""
 
 

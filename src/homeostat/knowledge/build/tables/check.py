@@ -6,10 +6,12 @@ from typing import Final, TypeAlias
 
 from pydantic import ValidationError
 
+from homeostat.domain.plant.timing import Timing
 from homeostat.knowledge.build.derived.tables import derived, stated_tables
 from homeostat.knowledge.build.tables.cells import CellError, Reads, Refers, TableRow, shown
 from homeostat.knowledge.build.tables.reading import FOLDER, OPTIONAL, OPTIONAL_COLUMNS, Rows, is_short
 from homeostat.knowledge.build.tables.schemas import EVERY, SCHEMAS, SHORT_SCHEMAS
+from homeostat.knowledge.build.timing import timing_of
 from homeostat.knowledge.store.error import Code, GraphError, refuse
 from homeostat.stl.spelling import near_matches
 
@@ -94,7 +96,7 @@ def mistakes(folder: Path) -> Iterator[GraphError]:
     """Every mistake in the tables of the plant in ``folder``, which must be all that there are."""
     tables, unread = stated_tables(folder)
     yield from unread
-    short = is_short(folder)
+    short, timing = is_short(folder), timing_of(folder)
     for path in sorted((folder / FOLDER).glob("*.csv")):
         if path.stem not in (EVERY if short else SCHEMAS):
             read = "the mapping does not read it"
@@ -102,18 +104,18 @@ def mistakes(folder: Path) -> Iterator[GraphError]:
                 read = "it is read only beside an instruments.csv; add that or remove it"
             yield GraphError(Code.BAD_MAPPING, path.name, f"is no table of a plant; {read}")
     if short:
-        bad = [error for name, table in tables.items() for error in _of_short(name, table)]
+        bad = [error for name, table in tables.items() for error in _of_short(name, table, timing)]
         yield from bad
         if bad or unread:
             return
-        tables = derived(tables)
+        tables = derived(tables, timing)
     for name, table in tables.items():
-        yield from _columns(name, table) or _cells(name, table)
+        yield from _columns(name, table) or _cells(name, table, timing)
     for name, number, column, code, message in unknown_names(tables, {name: EVERY[name][0] for name in tables}):
         yield GraphError(code, _place(name, number, tables[name]), f"{tables[name].told(column)}: {message}")
 
 
-def _of_short(name: str, table: Rows) -> list[GraphError]:
+def _of_short(name: str, table: Rows, timing: Timing) -> list[GraphError]:
     """What is wrong with a stated table before anything follows from it.
 
     Columns may be left out where they can be filled; those of the short tables must be right, because more follows.
@@ -125,7 +127,7 @@ def _of_short(name: str, table: Rows) -> list[GraphError]:
     needed = [c for c, field in fields.items() if field.is_required()] if short else EVERY[name][1]
     lacking = _lacking_columns(name, table, [column for column in needed if (name, column) not in _NUMBERED])
     found = [*_unknown_columns(name, table), *lacking]
-    return found or (list(_cells(name, table)) if short else [])
+    return found or (list(_cells(name, table, timing)) if short else [])
 
 
 def _columns(name: str, table: Rows) -> list[GraphError]:
@@ -151,13 +153,13 @@ def _lacking_columns(name: str, table: Rows, needed: Iterable[str]) -> Iterator[
             yield GraphError(Code.BAD_TABLE, f"{name}.csv row 1", message)
 
 
-def _cells(name: str, table: Rows) -> Iterator[GraphError]:
+def _cells(name: str, table: Rows, timing: Timing) -> Iterator[GraphError]:
     """Cells that are no value of their column, and rows that contradict themselves or another one."""
     model, key = EVERY[name]
     seen: dict[tuple[str, ...], int] = {}
     for number, row in enumerate(table.rows):
         try:
-            model.model_validate({column: cell for column, cell in row.items() if cell})
+            model.model_validate({column: cell for column, cell in row.items() if cell}, context=timing)
         except ValidationError as error:
             yield from _bad_row(error, name, number, table)
         names = tuple(row[column] for column in key)
