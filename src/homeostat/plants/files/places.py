@@ -42,10 +42,11 @@ def is_path(name: str) -> bool:
 
 
 def plant_folder(name: str, base: Path = Path()) -> Path:
-    """Folder of the plant called ``name``, or the folder that ``name`` is a path of, from ``base`` on (it has a ``/``).
+    """Folder of the plant called ``name``, or the folder that ``name`` is a path of, from ``base`` on.
 
-    Raises PlantError with what there is, near matches and the remedy where there is no such plant, or several have the
-    name, and TypeError where ``name`` is no text.
+    A name without a ``/`` is that of a folder in ``base`` only where no plant is called so. Raises PlantError with what
+    there is, near matches and the remedy where there is no such plant, or several have the name, and TypeError where
+    ``name`` is no text.
     """
     if not isinstance(name, str):
         raise TypeError(f"plant {name!r} must be a text: the name of a plant, or the path of a folder")
@@ -58,11 +59,11 @@ def plant_folder(name: str, base: Path = Path()) -> Path:
     places = _places(found)
     if name in places:
         return _only(name, places)
-    known, own = sorted(places), "a folder is named by its path, as './my_plant'"
-    if is_plant(base / name):
-        own = f"for the folder {shown(name)} write './{name}'"
-    text = f"unknown plant {shown(name)}{near_matches(name, known)}; installed: {', '.join(known)}; {own}"
-    raise PlantError("; ".join((text, *found)))
+    if name and is_plant(base / name):
+        return (base / name).resolve()
+    known = sorted(places)
+    text = f"unknown plant {shown(name)}{near_matches(name, known)}; installed: {', '.join(known)}"
+    raise PlantError("; ".join((text, "a folder is named by its path, as './my_plant'", *found)))
 
 
 def _only(name: str, places: Mapping[str, list[Path]]) -> Path:

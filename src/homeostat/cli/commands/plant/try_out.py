@@ -8,6 +8,7 @@ from homeostat.domain.quotation import printable
 from homeostat.evaluate.scenario import scenario
 from homeostat.evaluate.trial import Trial, try_out
 from homeostat.journal.beside.files import write_whole
+from homeostat.plants.equations import refuse_wrong_units
 from homeostat.plants.plant import load_plant
 from homeostat.process.batch import ProcessError
 from homeostat.record.figure.figure import draw
@@ -16,6 +17,7 @@ from homeostat.record.figure.figure import draw
 def carry_out(options: argparse.Namespace) -> int:
     """Simulate, show and draw; 0 where the plant starts and keeps every hard limit, else 1."""
     plant = load_plant(options.case, learned=False)
+    refuse_wrong_units(plant.name, plant.description, plant.model)
     chosen = scenario(plant, options.fault, options.seed, options.onset, options.severity, options.end)
     try:
         tried = try_out(plant, chosen)

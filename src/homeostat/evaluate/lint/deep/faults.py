@@ -17,6 +17,7 @@ from homeostat.evaluate.lint.deep.contract import of_model
 from homeostat.evaluate.lint.deep.course import Course
 from homeostat.evaluate.lint.deep.following import batch_of, moments
 from homeostat.evaluate.lint.deep.symptoms import Shown, first_symptoms
+from homeostat.evaluate.lint.deep.thinking import too_little
 from homeostat.evaluate.lint.finding import Finding, Severity
 from homeostat.process.batch import Batch, ProcessError, simulate
 from homeostat.process.types import Table
@@ -63,7 +64,9 @@ def faults(bench: Bench) -> Iterator[Finding | Outlook]:
     for fault in d.faults:
         if fault.name in shown:
             alike = tuple(n for p, like in same.items() if like and fault.name in p for n in p if n != fault.name)
-            yield _outlook(bench, fault, shown[fault.name], alike)
+            outlook = _outlook(bench, fault, shown[fault.name], alike)
+            yield outlook
+            yield from too_little(bench, outlook)
     yield from (_torn(bench, *pair) for pair, like in same.items() if like and _answers_differ(bench, *pair))
     yield from _silent(bench, shown)
     yield from _dead_ends(bench)

@@ -194,7 +194,7 @@ def _fails(bench: Bench, asked: _Asked, strategy: FallbackStrategy) -> _Failure 
     course = bench.acted((fault,), noise=1.0, act=act, end_s=end_s)
     if course.broke:
         return _Failure(asked.fault.name, f"the plant breaks: {course.broke}", None)
-    stands_s = course.acted_s + _confirm_s(bench, strategy)
+    stands_s = course.acted_s + confirm_s(bench, strategy)
     watch = EffectWatch(fallbacks(bench.plant), timing)
     for snapshot in course.seen:
         if snapshot.at_s <= stands_s:
@@ -211,7 +211,7 @@ def _fails(bench: Bench, asked: _Asked, strategy: FallbackStrategy) -> _Failure 
 _SHORT: Final = "violated"
 
 
-def _confirm_s(bench: Bench, strategy: FallbackStrategy) -> float:
+def confirm_s(bench: Bench, strategy: FallbackStrategy) -> float:
     """Time in which the plant has accepted all its commands, and it stands [s]."""
     d = bench.plant.description
     return max((d.writables[c.tag].confirm_s for c in strategy.actions.commands if c.tag in d.writables), default=0.0)
