@@ -10,6 +10,7 @@ import pytest
 
 from tests.cli.command import homeostat, refused
 
+EXAMPLE = Path(__file__).parents[2] / "examples" / "two_tanks"
 TANKS = Path(__file__).parents[1] / "knowledge" / "two_tanks"
 
 
@@ -65,3 +66,18 @@ def test_an_unknown_table_and_one_that_cannot_be_read_are_one_line(tanks: Path) 
     refused(done, "there is no table 'signls'; did you mean 'signals'")
     (tanks / "engineering" / "states.csv").write_text("id,id\n")
     refused(homeostat("plant", "show", "./two_tanks", cwd=tanks.parent), "states.csv: needs a header")
+
+
+def test_the_times_of_the_settings_follow_from_how_fast_the_plant_is(tmp_path: Path) -> None:
+    tanks = Path(shutil.copytree(EXAMPLE, tmp_path / "two_tanks"))
+    settings = tanks / "case.toml"
+    text = settings.read_text("utf-8")
+    settings.write_text(f"{text}\n[time]\ntick_s = 10.0\n[monitoring]\nreview_s = 700.0\n", "utf-8")
+    done = homeostat("plant", "show", "./two_tanks", "--table", "times", cwd=tanks.parent)
+    assert (done.status, done.err) == (0, "")
+    shown = {(row["table"], row["key"]): row for row in rows(done.out)}
+    assert shown["time", "response_s"]["seconds"] == "2500"
+    assert (shown["time", "tick_s"]["seconds"], shown["time", "tick_s"]["follows_from"]) == ("10", "")
+    assert shown["twin", "horizon_s"]["seconds"] == "9000"
+    assert shown["twin", "horizon_s"]["follows_from"] == "a response of 2500 s in ticks of 10 s"
+    assert (shown["monitoring", "review_s"]["seconds"], shown["monitoring", "review_s"]["follows_from"]) == ("700", "")

@@ -43,6 +43,8 @@ class Trace(Protocol):
         ...
 
 
+TICK = "tick_s"
+"""Name of the setting that says how often a plant is sampled, where that is not once per second."""
 DISTURBANCE = "disturbance "
 """Begin of the names of settings that are disturbances."""
 

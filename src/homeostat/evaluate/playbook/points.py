@@ -65,11 +65,7 @@ def _onsets(plant: Plant, seed: int) -> dict[str, float]:
     entered = fault_free(plant, nominal).states
     found, shortest_s = dict[str, float](), plant.description.timing.time_s(SHORTEST_S)
     for (state, from_s), to_s in zip(entered, [*(at_s for _, at_s in entered[1:]), nominal.end_s], strict=True):
-        if (
-            to_s - from_s >= plant.description.timing.time_s(SHORTEST_S)
-            and state not in found
-            and _decided(machine, state)
-        ):
+        if to_s - from_s >= shortest_s and state not in found and _decided(machine, state):
             found[state] = plant.onset_s if from_s < plant.onset_s < to_s else 0.5 * (from_s + to_s)
     return found
 

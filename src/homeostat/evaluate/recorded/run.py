@@ -7,6 +7,7 @@ from datetime import datetime
 from importlib.metadata import version
 
 from homeostat.agents.roles import AskingProtocol
+from homeostat.domain.plant.timing import TICK_S
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.proposing import Proposing
@@ -17,7 +18,7 @@ from homeostat.evaluate.scenario import Scenario, ScenarioError
 from homeostat.evaluate.score.step_scores import score_steps
 from homeostat.journal import RunFinished, RunStarted, Setting, Subscriber, Summary
 from homeostat.journal.beside.files import RESULT
-from homeostat.journal.events import DISTURBANCE
+from homeostat.journal.events import DISTURBANCE, TICK
 from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Plant
 from homeostat.plants.truth import NONE
@@ -114,6 +115,8 @@ def run_started(
     configuration = [Setting("configuration", plant.configuration), *place(plant)]
     configuration += [Setting(f"made again {name}", "it was older than its sources") for name in plant.remade]
     configuration += [Setting("end_s", scenario.end_s), Setting("seeds", NAMING)]
+    if (tick_s := plant.description.timing.tick_s) != TICK_S:
+        configuration.append(Setting(TICK, tick_s))
     for fault in scenario.faults:
         configuration.append(Setting(f"onset_s {fault.fault}", fault.onset_s))
         configuration.append(Setting(f"severity {fault.fault}", fault.severity))

@@ -8,13 +8,14 @@ from homeostat.domain.events import guard, people, trips
 from homeostat.domain.events.recovery import GaveUp, NoActionTaken, ReleasedActions
 from homeostat.domain.events.writes import Cause, ReadBack, WriteEnded, WriteIntended
 from homeostat.domain.mode import Mode, Verb
+from homeostat.domain.plant.timing import TICK_S
 from homeostat.journal.events import Resumed, RunFinished, RunStarted, Signed
 from homeostat.journal.reading import Record
 from homeostat.journal.verify.evidence import Evidence, text, word
 from homeostat.journal.verify.gaps import KINDS, Gap
 
-AFTERWARDS_S: Final = 10.0
-"""Recovery says within this time that it released what the guard has confirmed, unless something comes between [s]."""
+AFTERWARDS: Final = 10.0
+"""Recovery says within so many ticks that it released what the guard has confirmed, unless something comes between."""
 _MODES: Final = frozenset(mode.value for mode in Mode)
 _OWN: Final = (trips.Latched, people.ModeEntered)
 _GUARDED: Final = (WriteIntended, WriteEnded, ReadBack, guard.RequestAnswered, trips.FallbackActivated, *_OWN)
@@ -88,10 +89,11 @@ def releases(evidence: Evidence) -> Iterator[str]:
         return
     confirmed, gap, owed = set[str](), Gap(), dict[str, Record]()
     begun, between = set[str](), {event.kind for event in _BETWEEN}
+    afterwards_s = AFTERWARDS * max(evidence.tick_s, TICK_S)
     for record in evidence.of(*dict.fromkeys(chain(KINDS, _BETWEEN, _RELEASED))):
         if gap.follow(record):
             owed.clear()
-        late = [r for r in owed.values() if record.at_s > r.at_s + AFTERWARDS_S]
+        late = [r for r in owed.values() if record.at_s > r.at_s + afterwards_s]
         yield from map(_unsaid, late)
         owed = {digest: r for digest, r in owed.items() if r not in late}
         digest = text(record, "digest")

@@ -9,10 +9,11 @@ from typing import Final
 from homeostat.domain.events import guard, people, trips
 from homeostat.domain.events.recovery import ReleasedActions
 from homeostat.domain.events.writes import ReadBack, WriteEnded, WriteIntended
+from homeostat.domain.plant.timing import TICK_S
 from homeostat.journal.beside.files import RESULT
 from homeostat.journal.beside.manifest import Manifest
 from homeostat.journal.encode import Json
-from homeostat.journal.events import Event, RunFinished, RunStarted
+from homeostat.journal.events import TICK, Event, RunFinished, RunStarted
 from homeostat.journal.reading import Record
 
 _OF_GUARD: Final = (guard.GuardStarted, people.ModeEntered, guard.SequenceLoaded, guard.StateEntered)
@@ -34,6 +35,17 @@ class Evidence:
     """What closes it; None where it was not closed."""
     result: Mapping[str, Json] | None
     """What it came to; None where it has no result."""
+
+    @property
+    def tick_s(self) -> float:
+        """Process time between two samples of the plant, as the run says it [s]."""
+        for record in self.of(RunStarted):
+            stated = record.fields.get("configuration")
+            for setting in stated if isinstance(stated, list) else ():
+                value = setting.get("value") if isinstance(setting, dict) and setting.get("name") == TICK else None
+                if isinstance(value, int | float) and value > 0.0:
+                    return float(value)
+        return TICK_S
 
     def of(self, *events: type[Event]) -> Iterator[Record]:
         """The events of some types, in order."""

@@ -30,7 +30,7 @@ def timing_of(folder: Path) -> Timing:
 
 
 def _resets_s(folder: Path) -> Iterator[float]:
-    """Reset time of every loop that states both gains as more than nothing [s]."""
+    """Reset time of every loop whose gains are stated, and have one sign [s]."""
     try:
         loops, parameters = (read_rows(folder / FOLDER / f"{n}.csv", True).rows for n in ("loops", "parameters"))
     except GraphError:  # whoever needs the tables says what is wrong with them
@@ -38,7 +38,7 @@ def _resets_s(folder: Path) -> Iterator[float]:
     values = {row.get("symbol", ""): _number(row.get("value", "")) for row in parameters}
     for row in loops:
         gain, reset = (values.get(row.get(column) or f"{kind}_{row.get('id')}") for column, kind in _GAINS)
-        if gain and reset:
+        if gain is not None and reset is not None and gain * reset > 0.0:
             yield gain / reset
 
 
@@ -50,6 +50,7 @@ def _positive(value: object) -> float | None:
 
 def _number(cell: str) -> float | None:
     try:
-        return _positive(float(cell))
+        value = float(cell)
     except ValueError:
         return None
+    return value if math.isfinite(value) else None

@@ -11,7 +11,7 @@ from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits, O
 from homeostat.domain.plant.prices import Price, PriceKind
 from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine, Transition
 from homeostat.domain.plant.tag import Tag
-from homeostat.domain.plant.timing import Timing
+from homeostat.domain.plant.timing import REFERENCE, Timing
 from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy
 from homeostat.knowledge.description.entry import Entry, entries, unique
 from homeostat.knowledge.description.guarding import bounded_number, optional_bounded
@@ -127,7 +127,9 @@ def prices(store: GraphStore, system: NamedNode) -> tuple[Price, ...]:
     return tuple(found.values())
 
 
-def fallback_strategies(store: GraphStore, system: NamedNode, timing: Timing) -> tuple[FallbackStrategy, ...]:
+def fallback_strategies(
+    store: GraphStore, system: NamedNode, timing: Timing = REFERENCE
+) -> tuple[FallbackStrategy, ...]:
     """The strategies, sorted by name, their commands in the order of their steps, and the permissives they set aside.
 
     A command ramps at its own rate, or else at the rate limit of its tag. One without a value hands a manual output

@@ -31,7 +31,7 @@ class Clock:
 
     def number(self, at_s: float) -> str:
         """A time without its unit."""
-        return f"{at_s / HOUR_S:.4g}" if self._hours else self._timing.told(at_s)
+        return f"{at_s / HOUR_S:.2f}" if self._hours else self._timing.told(at_s)
 
     def told(self, at_s: float) -> str:
         """A time with its unit."""

@@ -1,31 +1,53 @@
-"""``homeostat plant show``: a plant's tables, with the rows that follow from what they state."""
+"""``homeostat plant show``: a plant's tables, with the rows that follow from what they state, and its times."""
 
 import argparse
 import csv
 import io
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 from homeostat.cli.arguments import UsageError
 from homeostat.domain.quotation import printable
 from homeostat.knowledge.build.derived.tables import tables
 from homeostat.knowledge.build.tables.reading import Rows
+from homeostat.knowledge.build.timing import timing_of
+from homeostat.plants.files.folder import read_files
 from homeostat.plants.files.places import plant_folder
+from homeostat.plants.settings.file import read_settings
+from homeostat.plants.settings.times import times
 from homeostat.stl.spelling import near_matches
 
+TIMES = "times"
+"""Name of the table of the times in the settings."""
 _SOURCE = "follows_from"
 """The last column: the row that this one follows from, empty where it is stated."""
 
 
 def carry_out(options: argparse.Namespace) -> int:
     """Print one table or all of them as CSV; 0."""
-    found = tables(plant_folder(options.case))
+    folder = plant_folder(options.case)
+    if options.table == TIMES:
+        print(_times(folder), end="")
+        return 0
+    found = tables(folder)
     if options.table is None:
         print("\n".join(f"# {name}: {_counted(table)}\n{_written(table)}" for name, table in found.items()), end="")
         return 0
     if options.table not in found:
-        hint = near_matches(options.table, found)
-        raise UsageError(f"there is no table {options.table!r}{hint}; there are {', '.join(found)}")
+        known = (*found, TIMES)
+        hint = near_matches(options.table, known)
+        raise UsageError(f"there is no table {options.table!r}{hint}; there are {', '.join(known)}")
     print(_written(found[options.table]), end="")
     return 0
+
+
+def _times(folder: Path) -> str:
+    """The times of the settings of the plant in ``folder`` as CSV."""
+    timing = timing_of(folder)
+    follows = f"a response of {timing.response_s:g} s in ticks of {timing.tick_s:g} s"
+    shown = times(read_settings(read_files(folder)), timing)
+    rows = [(t.table, t.key, f"{t.seconds:.10g}", "" if t.stated else follows) for t in shown]
+    return _csv(("table", "key", "seconds", _SOURCE), rows)
 
 
 def _counted(table: Rows) -> str:
@@ -35,11 +57,17 @@ def _counted(table: Rows) -> str:
 
 def _written(table: Rows) -> str:
     """The table as CSV."""
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*map(printable, table.columns), _SOURCE])
+    rows = []
     for number, row in enumerate(table.rows):
         origin = table.origins[number] if table.origins else None
         source = f"{origin.table}.csv row {origin.line}" if origin is not None and origin.generated else ""
-        writer.writerow([*map(printable, row.values()), source])
+        rows.append((*map(printable, row.values()), source))
+    return _csv((*map(printable, table.columns), _SOURCE), rows)
+
+
+def _csv(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
     return text.getvalue()

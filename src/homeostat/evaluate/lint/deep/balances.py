@@ -47,8 +47,9 @@ def _closes(bench: Bench, feature: Feature) -> Iterator[Finding]:
     allowed = _allowed(bench, feature, dt_s * _sums(_gross(course, feature.expression.root)[late], window))
     if left > allowed:
         what = (
-            f"'{feature.expression}' does not bring what '{feature.accumulation}' gains: in {window * dt_s:g} s of a "
-            f"healthy course {left:.4g} {feature.unit} are left over on the mean, more than {allowed:.4g} {feature.unit}"
+            f"'{feature.expression}' does not bring what '{feature.accumulation}' gains: in {window * dt_s:g} s of "
+            f"a healthy course {left:.4g} {feature.unit} are left over on the mean, more than "
+            f"{allowed:.4g} {feature.unit}"
         )
         remedy = "correct the balance in the table, or the equation of the model that loses it"
         yield Finding(Severity.ERROR, "balances", bench.places.row("features", id=feature.name), what, remedy)
