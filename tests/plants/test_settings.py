@@ -124,6 +124,12 @@ def test_a_misspelt_key_comes_before_the_one_that_is_missing_by_it() -> None:
         read(TEXT.replace("onset_s", "onsets", 1))
 
 
+def test_what_nothing_follows_for_is_explained_where_it_is_missing() -> None:
+    start = TEXT.index("[twin.initial]")
+    with pytest.raises(PlantError, match=r"^some/case\.toml: twin: 'initial' is missing; state what smoothing may get"):
+        read(f"{TEXT[:start]}{TEXT[TEXT.index(chr(10) + '[', start) :]}")
+
+
 @pytest.mark.parametrize("table", ["errors", "initial"])
 def test_a_table_that_names_nothing_is_one_line(table: str) -> None:
     start = TEXT.index(f"[twin.{table}]")

@@ -72,3 +72,13 @@ def test_a_fouled_exchanger_passes_less() -> None:
 def test_a_number_of_cells_that_cannot_be_is_refused(cells: int) -> None:
     with pytest.raises(FlowsheetError, match=f"exchanger E: cells = {cells}; a side has 1 to 10"):
         Exchanger(Flowsheet(), "E", "UA", "start", cells=cells)
+
+
+def test_what_is_inside_is_estimated_from_what_leaves() -> None:
+    model = model_of(3)
+    result, course = run(model, STATED, commanded(model, VH_cmd=1.0, VC_cmd=0.5), 600)
+    told = {name: float(course[name][-1]) for name in ("T_h", "T_c", "VH_cmd", "VC_cmd")}
+    estimated = dict(zip(model.states, model.estimate(told), strict=True))
+    inside = [f"E_{side}{i}" for side in ("hot", "cold") for i in (1, 2, 3)]
+    true = {name: float(result.state[0, model.states.index(name)]) for name in inside}
+    assert {name: estimated[name] for name in inside} == pytest.approx(true, abs=0.05)

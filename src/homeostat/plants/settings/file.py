@@ -18,6 +18,8 @@ _SPELLING: Final = {
     "system": "an IRI with '#', for example 'urn:homeostat:cstr#system'",
 }
 """Key -> how its text is written."""
+_MEANT: Final = {"initial": "state what smoothing may get wrong of each state of the model, as { B1_V = 0.2 }"}
+"""Key that nothing follows for -> what to do where it is missing."""
 
 
 def read_settings(files: PlantFiles) -> Settings:
@@ -64,7 +66,8 @@ def _told(error: ErrorDetails) -> str:
             key = f"{_words(place[:-1])}there is no key {_short(name)}"
             return f"{key}{near_matches(name, known)}; there are {', '.join(known)}"
         case "missing":
-            return f"{_words(place[:-1])}{place[-1]!r} is missing"
+            remedy = f"; {_MEANT[str(place[-1])]}" if place[-1] in _MEANT else ""
+            return f"{_words(place[:-1])}{place[-1]!r} is missing{remedy}"
         case "string_pattern_mismatch":
             like = _SPELLING.get(str(place[-1]), "a name without blanks")
             return f"{_words(place)}{_short(error['input'])} is not written as {like}"

@@ -16,13 +16,16 @@ _ROUNDS: Final = 8
 _PRIOR: Final = 1e-6
 """Weight of where a run begins beside a reading: it decides only what no instrument shows."""
 _NUDGE: Final = 1e-5
+_REST: Final = 1.0
+"""Seconds in which a state that rests may move by 1 as easily as a reading is off by its noise."""
 
 
 @final
 class Estimation:
     """Estimates states of one layout by Gauss-Newton steps from where a run begins.
 
-    Minimises the squares of (reading - model) / noise, for the instruments that depend on a state.
+    Minimises the squares of (reading - model) / noise, for the instruments that depend on a state, and the rates of
+    states that rest, which count little where an instrument shows them.
     """
 
     def __init__(self, layout: Layout, stated: Mapping[str, float]) -> None:
@@ -33,6 +36,7 @@ class Estimation:
         self._least = np.array([-np.inf if s.least is None else s.least for s in sheet.states.values()])
         self._telling = [s for s in sheet.sensors.values() if leaves(s.of) & set(self._states)]
         self._direct = {s.name: s for s in self._telling if _about_states(s)}
+        self._resting = [layout.rates[str(state.value)] for state in sheet.resting]
         positions = {a.position: a.name for a in sheet.actuators.values()}
         self._position_of = {s.name: positions[s.of] for s in sheet.sensors.values() if s.of in positions}
         self.shown_actuators = frozenset(self._position_of.values())
@@ -78,7 +82,7 @@ class Estimation:
         if not used:
             return
         values = self._values(states.mean(axis=0), {})
-        jacobian = np.array([self._slope(s, values) / self._noise(s) for s in used])
+        jacobian = np.array([self._slope(s.of, values) / self._noise(s) for s in used])
         beyond = np.stack([residuals[s.name] / self._noise(s) for s in used], axis=1)
         n = len(self._states)
         states[:, :n] = np.maximum(states[:, :n] + beyond @ np.linalg.pinv(jacobian).T, self._least)
@@ -92,24 +96,26 @@ class Estimation:
         scale, x = np.maximum(np.abs(first), 1.0), np.maximum(first, self._least)
         for _ in range(_ROUNDS if used else 0):
             values.update(zip(self._states, x.tolist(), strict=True))
-            rows = np.array([self._slope(s, values) / self._noise(s) for s in used])
-            off = np.array([(readings[s.name] - evaluate(s.of, values)) / self._noise(s) for s in used])
+            rows = [self._slope(s.of, values) / self._noise(s) for s in used]
+            off = [(readings[s.name] - evaluate(s.of, values)) / self._noise(s) for s in used]
+            rows += [_REST * self._slope(rate, values) for rate in self._resting]
+            off += [-_REST * evaluate(rate, values) for rate in self._resting]
             prior = np.diag(_PRIOR / scale)
             step = np.linalg.lstsq(
-                np.vstack([rows, prior]), np.concatenate([off, prior @ (first - x)]), rcond=None
+                np.vstack([*rows, prior]), np.concatenate([off, prior @ (first - x)]), rcond=None
             )[0]  # fmt: skip
             x = np.maximum(x + step, self._least)
             if np.all(np.abs(step) <= 1e-9 * scale):
                 break
         return np.asarray(x)
 
-    def _slope(self, s: Sensor, values: dict[Term, Any]) -> Vec:
-        """By how much an instrument's truth changes with each state, shape (states,)."""
-        own, slopes = leaves(s.of), np.zeros(len(self._states))
+    def _slope(self, of: Term, values: dict[Term, Any]) -> Vec:
+        """By how much ``of`` changes with each state, shape (states,)."""
+        own, slopes = leaves(of), np.zeros(len(self._states))
         for i, state in enumerate(self._states):
             if state in own:
                 nudge = _NUDGE * max(abs(values[state]), 1.0)
-                up, down = (evaluate(s.of, values | {state: values[state] + d}) for d in (nudge, -nudge))
+                up, down = (evaluate(of, values | {state: values[state] + d}) for d in (nudge, -nudge))
                 slopes[i] = (up - down) / (2.0 * nudge)
         return slopes
 

@@ -4,7 +4,8 @@
     K_c/n dT_c,i/dt = C_c (T_c,i+1 - T_c,i) + UA/n (T_h,i - T_c,i)
 
 C: heat capacity flow [kW/K], K: heat capacity of what a side holds [kJ/K] (cell method, Gaddis and Schlünder 1979).
-A side that stands comes to the temperature of the other, which no steady effectiveness says.
+A side that stands comes to the temperature of the other, which no steady effectiveness says. Instruments show what
+leaves; where a plant is found running, the cells inside are taken to be at rest.
 
 Hand check: C_h = C_c = UA and n cells have the effectiveness n / (2 n + 1): 1/3 with one cell, 2/5 with two, and 1/2
 with very many, which is what :func:`counter_current` gives.
@@ -36,9 +37,10 @@ class Exchanger:
         self.name = name
         """Name of the equipment."""
         self._sheet, self._cells = sheet, cells
-        unit = "K"
-        self._hot = [sheet.state(f"{name}_hot{i}", unit, start) for i in range(1, cells + 1)]
-        self._cold = [sheet.state(f"{name}_cold{i}", unit, start) for i in range(1, cells + 1)]
+        self._hot = [sheet.state(f"{name}_hot{i}", "K", start) for i in range(1, cells + 1)]
+        self._cold = [sheet.state(f"{name}_cold{i}", "K", start) for i in range(1, cells + 1)]
+        for inner in (*self._hot[:-1], *self._cold[1:]):
+            sheet.rests(inner)
         share = term(ua) * (1.0 - sheet.fault(f"{name}_fouled")) / float(cells)
         self._passed = [share * (hot - cold) for hot, cold in zip(self._hot, self._cold, strict=True)]
 

@@ -53,6 +53,8 @@ class Flowsheet:
         self.sensors: dict[str, Sensor] = {}
         self.quantities: dict[str, Quantity] = {}
         self.faults: dict[str, Term] = {}
+        self.resting: list[Term] = []
+        """States that are taken to be at rest where a plant is found running."""
         self._rates: dict[str, Callable[[], Term]] = {}
         self._names: set[str] = set()
 
@@ -72,6 +74,13 @@ class Flowsheet:
         if str(state.value) in self._rates:
             raise FlowsheetError(f"the rate of {state.value} is stated twice; state it once, as a sum")
         self._rates[str(state.value)] = change if callable(change) else lambda: change
+
+    def rests(self, state: Term) -> None:
+        """``state`` is taken to be where its rate is 0 where a plant is found running and no instrument shows it.
+
+        It is for what follows the rest of the plant in seconds, such as the inside of an exchanger or a tray.
+        """
+        self.resting.append(state)
 
     def equations(self, change: Callable[..., object], **given: Operand) -> None:
         """Own equations: a function of states and other terms by the names of its parameters.
