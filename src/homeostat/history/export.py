@@ -11,7 +11,7 @@ import pyarrow.csv as pc
 import pyarrow.parquet as pq
 
 from homeostat.history.quality import severity
-from homeostat.history.samples import NO_TIME, Minutes, Series, Span
+from homeostat.history.samples import MINUTE_US, NO_TIME, Minutes, Series, Span
 from homeostat.history.store import HistoryError, HistoryReader
 
 FORMATS: Final = (".csv", ".parquet")
@@ -66,7 +66,7 @@ def export(history: HistoryReader, tags: Sequence[str], span: Span, path: Path, 
                 rows += table.num_rows
         os.replace(beside, path)
     except OSError as error:  # it names the file beside
-        raise OSError(error.errno, error.strerror, str(path)) from error
+        raise OSError(error.errno, os.strerror(error.errno or 0), str(path)) from error
     finally:
         beside.unlink(missing_ok=True)
     return rows
@@ -83,6 +83,8 @@ def _tables(
     if extent is None:
         return
     first_us, end_us = max(span.from_us, extent.from_us), min(span.to_us, extent.to_us)
+    if minutes:
+        first_us -= first_us % MINUTE_US  # the minute in which it begins belongs to it
     for tag in tags:
         for from_us in range(first_us, end_us, _CHUNK_US) or [first_us]:  # once in any case: is there such a tag?
             part = Span(from_us, max(min(from_us + _CHUNK_US, end_us), from_us))

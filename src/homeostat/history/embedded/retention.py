@@ -1,4 +1,4 @@
-"""What is dropped: what is too old, what is too much, and on a full disk the oldest samples, then minutes. Events never are."""
+"""What is dropped: what is too old or too much, and on a full disk the oldest samples, then minutes; events never."""
 
 import errno
 from collections.abc import Callable, Sequence
