@@ -26,14 +26,14 @@ class UnreadableGraph(ValueError):
     """A file that is no graph; one line that names the file and the remedy."""
 
 
-def load_file(store: GraphStore, path: Path, graph: NamedNode | None = None) -> None:
-    """Add what the file says to ``graph``, or to the default graph.
+def load_file(store: GraphStore, path: Path, graph: NamedNode | None = None, content: bytes | None = None) -> None:
+    """Add what the file says to ``graph``, or to the default graph; ``content``: what it says, where that is known.
 
     A plant's export often wraps all it says into one named graph. The names of graphs say nothing about the plant, so
     everything in the file is read as one graph. Nothing is fetched: JSON-LD must carry its context with it.
     UnreadableGraph where the ending is unknown, the content is not what it says, or says nothing; OSError as the file.
     """
-    load_triples(store, _triples(path), graph)
+    load_triples(store, _triples(path, path.read_bytes() if content is None else content), graph)
 
 
 def load_triples(store: GraphStore, triples: Iterable[Triple], graph: NamedNode | None = None) -> None:
@@ -43,8 +43,7 @@ def load_triples(store: GraphStore, triples: Iterable[Triple], graph: NamedNode 
     store.load(content, RdfFormat.N_TRIPLES, graph)
 
 
-def _triples(path: Path) -> tuple[Triple, ...]:
-    content = path.read_bytes()
+def _triples(path: Path, content: bytes) -> tuple[Triple, ...]:
     format = FORMATS.get(path.suffix.lower())
     if format is None:
         raise UnreadableGraph(f"{str(path)!r} has no ending of an RDF format; name it {', '.join(FORMATS)}")

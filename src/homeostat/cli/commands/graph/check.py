@@ -32,7 +32,7 @@ from homeostat.plants.settings.defaults import completed
 
 def carry_out(options: argparse.Namespace) -> int:
     """Print every problem; 1 where there is any."""
-    where = place(options.case, options.graph)
+    where = place(options.case, options.graph, fresh=False)
     if where.plant is not None and where.own:
         refuse_altered_graph(where.plant.files)
         if BASELINES in where.plant.files.contents:

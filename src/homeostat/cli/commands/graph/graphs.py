@@ -1,6 +1,6 @@
 """The graph that a graph command works on: a plant's own, or one in a file, of a plant or of any plant."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pyoxigraph import NamedNode
@@ -12,6 +12,7 @@ from homeostat.knowledge.store.graph_file import UnreadableGraph, load_file
 from homeostat.knowledge.vocabulary.tbox import ONTOLOGY_GRAPH, load_ontology
 from homeostat.knowledge.vocabulary.vocabulary import PREFIXES
 from homeostat.plants.files.folder import PlantFiles, read_files
+from homeostat.plants.files.generated import with_fresh_graph
 from homeostat.plants.files.places import plant_folder
 from homeostat.plants.settings.file import read_settings
 from homeostat.plants.settings.settings import Settings
@@ -63,13 +64,19 @@ class Place:
         return {**dict(PREFIXES), **own}
 
 
-def place(name: str | None, file: Path | None) -> Place:
-    """The graph in ``file``, or else that of the plant called ``name``; PlantError where there is no such plant."""
+def place(name: str | None, file: Path | None, fresh: bool = True) -> Place:
+    """The graph in ``file``, or else that of the plant called ``name``; PlantError where there is no such plant.
+
+    A plant's own graph is made where there is none and, if it is to be ``fresh``, made again where it is older than its
+    tables. Raises GraphError where it was altered, or cannot be made.
+    """
     plant = None if name is None else _plant(name)
     if file is not None:
         return Place(file, plant)
     if plant is None:
         raise UsageError("no graph is named; name a CASE, or a file with --graph FILE")
+    if fresh or GRAPH not in plant.files.contents:
+        plant = replace(plant, files=with_fresh_graph(plant.files, kept=True))
     return Place(plant.files.folder / GRAPH, plant)
 
 
@@ -96,6 +103,7 @@ def _plant(name: str) -> PlantGraph:
 
 def _load(store: EmbeddedStore, where: Place, graph: NamedNode | None) -> None:
     try:
-        load_file(store, where.path, graph)
+        own = where.plant.files.contents[GRAPH] if where.plant is not None and where.own else None
+        load_file(store, where.path, graph, own)
     except UnreadableGraph as error:
         raise UsageError(str(error)) from error

@@ -33,7 +33,7 @@ def carry_out(options: argparse.Namespace) -> int:
     for former, term in TERMS.items():
         if re.search(rf"(\bhs:|{re.escape(HS.iri)}){former.value.removeprefix(HS.iri)}\b", text):
             print(f"homeostat: {_short(former)} is called {_short(term)} today; ask for that", file=sys.stderr)
-    where = place(plant, options.graph)
+    where = place(plant, options.graph, fresh=options.endpoint is None)
     store = with_ontology(where) if options.endpoint is None else _endpoint(options.endpoint)
     try:
         # The project's prefixes come before the query's own, which count; lines are counted from its own first one.
