@@ -79,6 +79,7 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.journal.signing.keys import KeyTrouble
     from homeostat.knowledge.store.error import GraphError
     from homeostat.knowledge.store.store import StoreError
+    from homeostat.links.errors import LinkError
     from homeostat.plants.error import PlantError
     from homeostat.record.decode import DecodeError
     from homeostat.record.directory import RunDirectoryError
@@ -87,7 +88,7 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.service.order import OrderError
 
     of_runs = (BrokenChain, KeyTrouble, OrderError, DecodeError, ResultError, ResumptionError, RunDirectoryError)
-    return *of_runs, PlaybookError, StudyError, PlantError, GraphError, ScenarioError, StoreError
+    return *of_runs, LinkError, PlaybookError, StudyError, PlantError, GraphError, ScenarioError, StoreError
 
 
 @contextlib.contextmanager

@@ -138,6 +138,10 @@ class TrueProcess:
         readings = self._model.readings(self._state[0], inputs)
         return {tag: readings[v] for tag, v in self._variables.items()}
 
+    def inject(self, faults: tuple[FaultState, ...]) -> None:
+        """Let ``faults`` act instead of those before, from their onsets on; raises as the constructor does."""
+        self._severity, self._onset = fault_tables(self._model, faults)
+
     def truth(self) -> Trajectory:
         """True values of every tag and of the model's unmeasured variables; only scoring may look."""
         states, inputs = self._recorded.arrays()
