@@ -73,11 +73,15 @@ class Served:
         """Commands that arrived, in order."""
         return [arrival["commands"] for arrival in self.ask("wire")]
 
+    def open(self, port: int | None = None, two_step: bool = False, **connection: object) -> OpcuaLink:
+        """A link to it that has just begun to connect."""
+        mapping = tank_mapping(port or self.port, two_step, **connection)
+        return OpcuaLink(mapping, RULES, Security(self.pki), pace=self.scale or 1.0)
+
     @contextlib.contextmanager
     def link(self, port: int | None = None, two_step: bool = False, **connection: object) -> Iterator[OpcuaLink]:
         """A link to it, up already."""
-        mapping = tank_mapping(port or self.port, two_step, **connection)
-        with OpcuaLink(mapping, RULES, Security(self.pki), pace=self.scale or 1.0) as link:
+        with self.open(port, two_step, **connection) as link:
             wait_up(link)
             yield link
 

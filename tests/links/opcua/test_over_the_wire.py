@@ -5,37 +5,16 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Callable
 
 import pytest
 
-from homeostat.domain.ports import Ticket
 from homeostat.domain.recovery import Command
-from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LeaseVoid, LinkError
 from homeostat.links.opcua.link import OpcuaLink
 from homeostat.links.opcua.security.security import Security
 from tests.equipment.opcua.served import Served, wait_up
 from tests.equipment.opcua.tank import RULES, tank_mapping
-
-
-def sample(link: OpcuaLink, until: Callable[[Snapshot], bool] = lambda s: True, within_s: float = 5.0) -> Snapshot:
-    """The first sample of which ``until`` is true."""
-    end, seen = time.monotonic() + within_s, None
-    while time.monotonic() < end:
-        seen = link.source.advance() or seen
-        if seen is not None and until(seen):
-            return seen
-    raise AssertionError(f"not within {within_s} s: {seen}")
-
-
-def settled(ticket: Ticket, within_s: float = 5.0) -> str:
-    """What went wrong, once the link has answered."""
-    end = time.monotonic() + within_s
-    while not ticket.done:
-        assert time.monotonic() < end, "the link has not answered"
-        time.sleep(0.01)
-    return ticket.error
+from tests.links.opcua.waiting import sample, settled
 
 
 def test_samples_follow_the_plants_clock_one_by_one(served: Served) -> None:
