@@ -85,6 +85,15 @@ class Served:
             wait_up(link)
             yield link
 
+    @contextlib.contextmanager
+    def stepping(self) -> Iterator[OpcuaLink]:
+        """A link to it that is up, where it goes on by steps: one a look until then."""
+        with self.open(publish_s=0.01, dead_s=600.0) as link:
+            while link.trouble:
+                self.ask("step 1")
+                time.sleep(0.05)
+            yield link
+
     def __enter__(self) -> Self:
         return self
 

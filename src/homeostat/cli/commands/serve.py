@@ -24,7 +24,7 @@ def carry_out(options: argparse.Namespace) -> int:
     need_opcua()
     from homeostat.links.opcua.server.control_system import ControlSystem
     from homeostat.links.opcua.server.endpoint import Serving
-    from homeostat.links.opcua.server.engineer import Engineer
+    from homeostat.links.opcua.server.engineer import Engineer, Simulated
     from homeostat.links.opcua.server.serve import serve
 
     pki = None if options.pki is None else Pki(options.pki)
@@ -33,15 +33,21 @@ def carry_out(options: argparse.Namespace) -> int:
     elif not options.insecure:
         raise LinkError("no certificate was given: say --pki FOLDER, or --insecure to let anybody read")
     plant = load_plant(options.case)
-    chosen = scenario(plant, "none", options.seed)
-    truth = replace(true_plant(plant, replace(chosen, mismatch=options.mismatch)), end_s=math.inf)
-    process = TrueProcess(plant.model, plant.description, truth, record=False)
-    local = LocalControl(plant, False, lambda: link.leased)
+    chosen = replace(scenario(plant, "none", options.seed), mismatch=options.mismatch)
+    truth = replace(true_plant(plant, chosen), end_s=math.inf)
     configuration = LinkConfiguration(heartbeat_s=options.heartbeat, recipe_by=plant.recipe)
-    link = SimulatedLink(process, configuration, local.sample)
+
+    def simulated() -> Simulated:
+        process = TrueProcess(plant.model, plant.description, truth, record=False)
+        local = LocalControl(plant, False, lambda: link.leased)
+        link = SimulatedLink(process, configuration, local.sample)
+        return Simulated(link, process)
+
+    first = simulated()
     writables = {tag: rule.automatic for tag, rule in plant.description.writables.items()}
-    control = ControlSystem(link, plant.description.tags_by_name, writables, options.two_step)
-    engineer = Engineer(control, process, {f.name: f.severity_nominal for f in plant.description.faults})
+    control = ControlSystem(first.link, plant.description.tags_by_name, writables, options.two_step)
+    nominal = {f.name: f.severity_nominal for f in plant.description.faults}
+    engineer = Engineer(control, first.faulty, simulated, nominal)
     serving = Serving(
         port=int(options.port),
         host=options.host,

@@ -34,6 +34,10 @@ class Block:
     working: float = 0.0
     """What it works with, in the tag's unit; on automatic what it had last."""
 
+    def begin(self) -> None:
+        """As it is before anybody touched it."""
+        self.mode, self.target, self.rate, self.requested, self.working = BlockMode.AUTOMATIC, 0.0, 0.0, 0.0, 0.0
+
     def refusal(self, part: str, value: NodeValue, parts: dict[str, NodeValue]) -> str:
         """Name of the status with which ``value`` for ``part`` is refused; ``parts``: all that is written at once."""
         if self.mode is BlockMode.MANUAL:

@@ -47,13 +47,20 @@ class ControlSystem:
 
         ``two_step``: a target must be applied after it was requested.
         """
-        self.link, self.behaviour = link, Behaviour()
-        self.tags = dict(tags)
+        self.behaviour, self.tags = Behaviour(), dict(tags)
         self.blocks = {tag: Block(tag, tags[tag].range, auto, two_step) for tag, auto in writable.items()}
+        self._counter = 0
+        self.begin(link)
+
+    def begin(self, link: SimulatedLink) -> None:
+        """Go on with the plant behind ``link``, which is at its start, and with blocks that nobody has touched."""
+        self.link = link
         self.permitted, self.acknowledged, self.alarm = True, True, ""
         self._wire: Wire | None = None
-        self._token = self._heartbeat = self._counter = 0
-        self._values: dict[str, float] = dict.fromkeys(tags, 0.0)
+        self._token = self._heartbeat = 0
+        self._values: dict[str, float] = dict.fromkeys(self.tags, 0.0)
+        for block in self.blocks.values():
+            block.begin()
         self.advance()
 
     def advance(self) -> Snapshot:
@@ -105,12 +112,12 @@ class ControlSystem:
                 by_tag.setdefault(tag, {})[part] = value
         return self._of_blocks([node for node, _ in writes], by_tag, statuses)
 
-    def operate(self, tag: str, value: float | None) -> None:
+    def operate(self, tag: str, value: float | None, rate: float | None = None) -> None:
         """An operator at the plant takes the block of ``tag`` and moves it; None for its controller.
 
         ValueError where there is none, or it has no controller.
         """
-        self.link.operate(tag, value)
+        self.link.operate(tag, value, rate)
         if tag in self.blocks:
             self.blocks[tag].mode = BlockMode.AUTOMATIC if value is None else BlockMode.MANUAL
         self._follow({tag: value})
