@@ -99,10 +99,11 @@ async def _described(client: Client, address: str) -> ServerNode:
             held[wanted_name] = await client.get_node(properties[wanted_name]).read_value()
     span, unit = held.get("EURange"), held.get("EngineeringUnits")
     status = value.StatusCode
+    browse = None if name.Value is None else name.Value.Value
     rights = None if access.Value is None else access.Value.Value
     return ServerNode(
         address=address,
-        name="" if name.Value is None else str(name.Value.Value.Name),
+        name="" if browse is None else str(browse.Name),
         kind="" if value.Value is None or value.Value.Value is None else value.Value.VariantType.name,
         status="" if status is None or status.is_good() else status_name(int(status.value)),
         writable=isinstance(rights, int) and bool(rights & _WRITE_BIT),

@@ -49,6 +49,8 @@ class ControlSystem:
         """
         self.behaviour, self.tags = Behaviour(), dict(tags)
         self.blocks = {tag: Block(tag, tags[tag].range, auto, two_step) for tag, auto in writable.items()}
+        self.scale = 1.0
+        """Process seconds per wall-clock second; 0 while it goes on by steps only."""
         self._counter = 0
         self.begin(link)
 

@@ -15,10 +15,13 @@ from homeostat.links.simulated import SimulatedLink
 
 USAGE: Final = (
     "say fault NAME SEVERITY, repair, begin, operate TAG VALUE RATE, release TAG, permit yes|no, acknowledge, "
-    "status, wire, step N, refuse TAG, ignore TAG, clamp TAG LOW HIGH, quality NODE STATUS, text TAG, counter stands, "
-    "clock SECONDS, silence, drop SECONDS, stall SECONDS or behave"
+    "status, wire, step N, pace K, refuse TAG, ignore TAG, clamp TAG LOW HIGH, quality NODE STATUS, text TAG, "
+    "counter stands, clock SECONDS, silence, drop SECONDS, stall SECONDS or behave"
 )
 MOST_STEPS: Final = 100_000
+"""Most seconds of one step [s]."""
+MOST_SCALE: Final = 1000.0
+"""Fastest that a plant goes, process seconds per wall-clock second."""
 
 
 class Faulty(Protocol):
@@ -62,6 +65,7 @@ class Engineer:
             "wire": self._wire,
             "step": self._step,
             "begin": self._begin,
+            "pace": self._pace,
             "refuse": lambda *tags: self._wrong.refused.update(tags),
             "ignore": lambda *tags: self._wrong.ignored.update(tags),
             "clamp": lambda tag, low, high: self._wrong.clamped.update({tag: Range(float(low), float(high))}),
@@ -125,6 +129,12 @@ class Engineer:
         for _ in range(min(int(seconds), MOST_STEPS)):
             self._control.advance()
         return self._control.link.now_s
+
+    def _pace(self, scale: str) -> float:
+        if not 0.0 <= float(scale) <= MOST_SCALE:
+            raise ValueError(f"{scale} must be from 0 to {MOST_SCALE:g} process seconds per second")
+        self._control.scale = float(scale)
+        return self._control.scale
 
     def _begin(self) -> float:
         made = self._again()
