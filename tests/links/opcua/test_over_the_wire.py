@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
 import math
 import time
@@ -10,6 +11,7 @@ import pytest
 
 from homeostat.domain.recovery import Command
 from homeostat.links.errors import LeaseVoid, LinkError
+from homeostat.links.opcua.commissioning.browse import connected
 from homeostat.links.opcua.link import OpcuaLink
 from homeostat.links.opcua.security.security import Security
 from tests.equipment.opcua.served import Served, wait_up
@@ -226,3 +228,31 @@ def test_connections_that_are_cut_again_and_again_do_not_repeat_a_write(served: 
         served.ask("behave")
         assert wait_up(link) < 10.0 and wire.void
         assert served.wire[before:] == [[["L.sp", 8.0, None]]]
+
+
+def test_the_plants_recipe_waits_as_long_as_it_is_told_to(served: Served) -> None:
+    with served.link() as link:
+        with pytest.raises(LinkError, match="BadUserAccessDenied"):
+            link.hold(True)
+        link.take()
+        link.hold(True)
+        link.give_back()
+        assert served.ask("status")["Guard/Hold"] is True, "also when the lease is over"
+        link.take()
+        link.hold(False)
+        assert served.ask("status")["Guard/Hold"] is False
+        link.give_back()
+
+
+def test_a_server_keeps_raw_history_of_its_readings(served: Served) -> None:
+    async def history() -> list[float]:
+        url = f"opc.tcp://127.0.0.1:{served.port}/homeostat/"
+        async with connected(url, Security(served.pki)) as client:
+            values = await client.get_node("ns=2;s=T").read_raw_history(numvalues=10)
+            return [value.Value.Value for value in values if value.Value is not None]
+
+    with served.link() as link:
+        for _ in range(10):
+            sample(link)
+    found = asyncio.run(history())
+    assert len(found) == 10 and len(set(found)) > 5 and all(200.0 < value < 400.0 for value in found)

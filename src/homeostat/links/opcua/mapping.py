@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import tomllib
 from pathlib import Path
@@ -77,6 +76,8 @@ class Handshake(_Table):
     """Token of whoever may write; it goes first in every write."""
     permit: Address | None = None
     """Whether the plant's operators let us write."""
+    hold: Address | None = None
+    """Takes whether the plant's own recipe waits, also when the lease is over."""
     alarm: Address | None = None
     """What the control system's own alarm list shows of us."""
     acknowledged: Address | None = None
@@ -185,8 +186,6 @@ def mapping_of(content: object, name: str) -> LinkMapping:
     for tag, nodes in mapping.tags.items():
         if nodes.write is not None and (problem := _contradiction(nodes.write)):
             raise LinkError(f"{name}: tags.{tag}.write: {problem}")
-    if math.isclose(mapping.connection.publish_s, 0.0):
-        raise LinkError(f"{name}: connection.publish_s must be more than 0 s")
     return mapping
 
 

@@ -2,13 +2,15 @@
 
 import math
 from collections.abc import Mapping
+from typing import Final
 
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.opcua.connection.board import NodeReading
 from homeostat.links.opcua.mapping import LinkMapping, TagNodes
 
-_SEVERITY_SHIFT = 30
+_SEVERITY_SHIFT: Final = 30
+"""The two highest bits of a status are its severity."""
 
 
 class Samples:

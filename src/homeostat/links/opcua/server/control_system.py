@@ -16,6 +16,7 @@ from homeostat.links.opcua.server.nodes import (
     APPLY,
     COUNTER,
     HEARTBEAT,
+    HOLD,
     LEASE,
     MODE,
     PERMIT,
@@ -57,7 +58,7 @@ class ControlSystem:
     def begin(self, link: SimulatedLink) -> None:
         """Go on with the plant behind ``link``, which is at its start, and with blocks that nobody has touched."""
         self.link = link
-        self.permitted, self.acknowledged, self.alarm = True, True, ""
+        self.permitted, self.hold, self.acknowledged, self.alarm = True, False, True, ""
         self._wire: Wire | None = None
         self._token = self._heartbeat = 0
         self._values: dict[str, float] = dict.fromkeys(self.tags, 0.0)
@@ -89,7 +90,7 @@ class ControlSystem:
             if block.two_step:
                 held |= {of_block(tag, REQUESTED): block.requested, of_block(tag, APPLY): False}
         held |= {LEASE: self._token, HEARTBEAT: self._heartbeat, SHED: self.link.shed, PERMIT: self.permitted}
-        held |= {ALARM: self.alarm, ACKNOWLEDGED: self.acknowledged}
+        held |= {HOLD: self.hold, ALARM: self.alarm, ACKNOWLEDGED: self.acknowledged}
         return held | {TIME: self.link.now_s, COUNTER: self._counter}
 
     def writable(self, node: str) -> bool:
@@ -97,7 +98,7 @@ class ControlSystem:
         tag, _, part = node.rpartition("/")
         if tag in self.blocks:
             return part in (TARGET, RATE, MODE, APPLY)
-        return node in (LEASE, HEARTBEAT, ALARM, ACKNOWLEDGED)
+        return node in (LEASE, HEARTBEAT, HOLD, ALARM, ACKNOWLEDGED)
 
     def write(self, writes: Sequence[tuple[str, NodeValue]]) -> list[str]:
         """What becomes of one call with several ``writes``: the name of the OPC UA status of each."""
@@ -156,6 +157,8 @@ class ControlSystem:
                     self.link.beat()
                 except LinkError:
                     return "BadInvalidState"
+        elif node == HOLD:
+            self.hold = bool(value)
         elif node == ALARM:
             self.alarm, self.acknowledged = str(value)[:MOST_TEXT], not value
         elif node == ACKNOWLEDGED:
