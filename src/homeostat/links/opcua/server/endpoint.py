@@ -144,7 +144,8 @@ class Endpoint:
     async def _change_type(self, node: ua.NodeId, kind: ua.VariantType) -> None:
         """Let ``node`` hold values of another ``kind``: it must hold nothing before it does."""
         status = ua.StatusCode(ua.UInt32(StatusCodes.BadWaitingForInitialData))
-        nothing = ua.DataValue(ua.Variant(None, ua.VariantType.Null), status)
+        now = _utc(datetime.now(UTC))
+        nothing = ua.DataValue(ua.Variant(None, ua.VariantType.Null), status, now, now)
         kinds = ua.DataValue(ua.Variant(ua.NodeId(ua.Int32(kind.value)), ua.VariantType.NodeId))
         await self._server.write_attribute_value(node, kinds, AttributeIds.DataType)
         await self._server.write_attribute_value(node, nothing)
