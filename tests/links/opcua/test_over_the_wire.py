@@ -168,6 +168,17 @@ def test_the_plant_sheds_in_time_when_we_fall_silent(served: Served) -> None:
             link.beat()
 
 
+def test_who_never_beats_does_not_hold_the_plant_for_ever(served: Served) -> None:
+    with served.link() as link:
+        wire = link.take()
+        assert settled(wire.send((Command("cool.man", 0.4, None),))) == ""
+        assert sample(link, lambda s: s.accepted["cool.man"] == 0.4)
+        assert sample(link, lambda s: s.accepted["cool.man"] is None) and wire.void
+        again = link.take()
+        assert settled(again.send((Command("cool.man", 0.3, None),))) == "", "a new lease ends local control"
+        link.give_back()
+
+
 def test_a_lease_that_is_given_back_sheds_at_once(served: Served) -> None:
     with served.link() as link:
         wire = link.take()

@@ -48,8 +48,12 @@ class ControlSystem:
 
         ``two_step``: a target must be applied after it was requested.
         """
-        self.behaviour, self.tags = Behaviour(), dict(tags)
+        self.behaviour = Behaviour()
+        """What is wrong with it."""
+        self.tags = dict(tags)
+        """Name of every reading -> its tag."""
         self.blocks = {tag: Block(tag, tags[tag].range, auto, two_step) for tag, auto in writable.items()}
+        """Tag -> its block."""
         self.scale = 1.0
         """Process seconds per wall-clock second; 0 while it goes on by steps only."""
         self._counter = 0
@@ -58,7 +62,13 @@ class ControlSystem:
     def begin(self, link: SimulatedLink) -> None:
         """Go on with the plant behind ``link``, which is at its start, and with blocks that nobody has touched."""
         self.link = link
-        self.permitted, self.hold, self.acknowledged, self.alarm = True, False, True, ""
+        """The plant."""
+        self.permitted = True
+        """Whether its operators let anybody take the lease."""
+        self.hold = False
+        """Whether its own recipe waits because somebody outside said so."""
+        self.alarm, self.acknowledged = "", True
+        """What its alarm list shows of somebody outside, and whether an operator has acknowledged it."""
         self._wire: Wire | None = None
         self._token = self._heartbeat = 0
         self._values: dict[str, float] = dict.fromkeys(self.tags, 0.0)
@@ -141,6 +151,7 @@ class ControlSystem:
         if not self.permitted:
             return DENIED
         self._wire, self._token = self.link.take(), token
+        self.link.beat()  # whoever dies before the first heartbeat must not hold the plant for ever
         return GOOD
 
     def _over(self) -> None:
