@@ -90,6 +90,16 @@ def test_a_write_that_meets_a_standing_server_is_answered_and_not_repeated(serve
         assert len(arrived) <= 1, arrived
 
 
+def test_a_plant_goes_on_while_its_server_does_nothing(served: Served) -> None:
+    with served.link() as link:
+        before_s = sample(link).at_s
+        served.ask("stall 1.5")
+        time.sleep(2.0)
+        assert sample(link).at_s - before_s >= 0.9 * 2.0 * served.scale, (
+            "what it did not show has happened all the same"
+        )
+
+
 def test_a_half_open_connection_is_noticed_by_the_age_of_the_data(served: Served) -> None:
     with Proxy(served.port) as proxy, served.link(proxy.port) as link:
         wire = link.take()
