@@ -14,10 +14,10 @@ PYTEST := $(BIN)/pytest -n $(WORKERS) --dist worksteal
 # Where the quick, the slow and the wide tests are: nothing else is even read.
 QUICK := tests/domain tests/guard tests/journal tests/stl tests/tools tests/cli/test_replay.py
 SLOW := tests/benchmarks tests/cli tests/docs tests/evaluate tests/guard tests/journal tests/plants
-WIDE := tests/evaluate tests/plants tests/process tests/safety tests/twin
+WIDE := tests/evaluate tests/links tests/plants tests/process tests/safety tests/twin
 SEED := 1
 
-.PHONY: demo test quick slow wide landing full coverage pythons llm campaign graph results pages docs lint audit format lock help clean
+.PHONY: demo test quick slow wide landing full coverage pythons llm campaign opcua graph results pages docs lint audit format lock help clean
 
 ## demo: a stuck cooling valve on the reactor, from the alarm to the released recovery
 demo: $(VENV)/.base
@@ -63,6 +63,9 @@ llm: $(VENV)/.llm
 ## campaign: what studies need
 campaign: $(VENV)/.campaign
 
+## opcua: what links to control systems over OPC UA, and serves simulated plants
+opcua: $(VENV)/.opcua
+
 ## graph: make the plants' knowledge graphs again from the engineering tables
 graph: $(VENV)/.base
 	bash tools/make_graph.sh
@@ -101,7 +104,8 @@ lock: $(VENV)/.dev
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt pyproject.toml -o requirements/base.txt
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt --extra llm pyproject.toml -o requirements/llm.txt
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt -c requirements/llm.txt --extra campaign pyproject.toml -o requirements/campaign.txt
-	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/llm.txt -c requirements/campaign.txt --extra llm --extra campaign --extra dev pyproject.toml -o requirements/dev.txt
+	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt -c requirements/llm.txt -c requirements/campaign.txt --extra opcua pyproject.toml -o requirements/opcua.txt
+	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/llm.txt -c requirements/campaign.txt -c requirements/opcua.txt --extra llm --extra campaign --extra opcua --extra dev pyproject.toml -o requirements/dev.txt
 	$(COMPILE) --upgrade --python-version 3.11 requirements/rml.in -o requirements/rml.txt
 
 ## help: what there is to make
@@ -133,6 +137,11 @@ $(VENV)/.llm: $(VENV)/.base requirements/llm.txt
 $(VENV)/.campaign: $(VENV)/.base requirements/campaign.txt
 	@echo "installing what studies need"
 	@$(INSTALL) -r requirements/campaign.txt
+	@touch $@
+
+$(VENV)/.opcua: $(VENV)/.base requirements/opcua.txt
+	@echo "installing what speaks OPC UA"
+	@$(INSTALL) -r requirements/opcua.txt
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.base requirements/dev.txt

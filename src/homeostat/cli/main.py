@@ -81,6 +81,7 @@ def _refusals() -> tuple[type[Exception], ...]:
     from homeostat.journal.signing.keys import KeyTrouble
     from homeostat.knowledge.store.error import GraphError
     from homeostat.knowledge.store.store import StoreError
+    from homeostat.links.errors import LinkError
     from homeostat.plants.error import PlantError
     from homeostat.record.decode import DecodeError
     from homeostat.record.directory import RunDirectoryError
@@ -90,7 +91,7 @@ def _refusals() -> tuple[type[Exception], ...]:
 
     of_runs = (BrokenChain, KeyTrouble, OrderError, DecodeError, ResultError, ResumptionError, RunDirectoryError)
     of_plants = (AdoptionError, PlaybookError, StudyError, PlantError, GraphError, ScenarioError)
-    return *of_runs, *of_plants, HistoryError, StoreError
+    return *of_runs, *of_plants, HistoryError, LinkError, StoreError
 
 
 @contextlib.contextmanager

@@ -130,3 +130,15 @@ def test_a_size_that_is_no_number_is_refused(plant: Plant, wrong: FaultState) ->
     truth = replace(true_plant(plant, scenario(plant, "none", 7)), faults=(wrong,))
     with pytest.raises(ValueError, match="finite"):
         TrueProcess(plant.model, plant.description, truth)
+
+
+def test_what_is_injected_takes_the_place_of_what_acted_before(plant: Plant) -> None:
+    process, healthy = of(plant, "none"), shown(of(plant, "none"))
+    before = shown(process, 449)
+    process.inject((FaultState("coolant_pipe_scaled", -0.125, 449.0),))
+    scaled = shown(process, 40)
+    process.inject(())
+    after = shown(process, 161)
+    assert np.array_equal(before, healthy[:449], equal_nan=True)
+    assert not np.allclose(scaled[5:], healthy[454:489], equal_nan=True)
+    assert np.allclose(after[-1], healthy[-1], rtol=2e-2, atol=0.3, equal_nan=True), "it comes back"

@@ -84,8 +84,8 @@ class TrueProcess:
                 Targets(model, departed.model.departures, plant), departed.disturbances, tick_of(model.kernel)
             )
         self._parameters, self._state = np.array(self._usual, dtype=np.float64, ndmin=2), state.reshape(1, -1)
-        self._moved = Moved(model, plant, configuration.faults)
-        self._severity, self._onset = fault_tables(model, configuration.faults, self._moved)
+        self._plant = plant
+        self.inject(configuration.faults)
         self._repaired_s = configuration.repaired_s
         self._ramp = InputRamp(model.inputs, configuration.inputs, tick_of(model.kernel))
         self._seeds = np.array([configuration.noise_seed], dtype=np.int64)
@@ -151,6 +151,12 @@ class TrueProcess:
             self._record.append(self._state[0, : len(self._model.states)], inputs)
         readings = self._model.readings(self._state[0], inputs)
         return {tag: readings[v] for tag, v in self._variables.items()}
+
+    def inject(self, faults: tuple[FaultState, ...]) -> None:
+        """Let ``faults`` act instead of those before, from their onsets on; raises as the constructor does."""
+        moved = Moved(self._model, self._plant, faults)
+        self._severity, self._onset = fault_tables(self._model, faults, moved)
+        self._moved, self._parameters[0] = moved, self._usual
 
     def truth(self) -> Trajectory:
         """True values of every tag and of the model's unmeasured variables; only scoring may look."""

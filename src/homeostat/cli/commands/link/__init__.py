@@ -1,0 +1,1 @@
+"""``homeostat link``: before a plant is attached."""

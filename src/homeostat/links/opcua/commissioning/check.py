@@ -1,0 +1,123 @@
+"""A check of a mapping against plant and server: every tag in one line, and whether it is as it must be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from asyncua.client.client import Client
+
+from homeostat.domain.plant.rules import GuardRules
+from homeostat.links.errors import LinkError
+from homeostat.links.opcua.commissioning.browse import ServerNode, described
+from homeostat.links.opcua.mapping import LinkMapping, TagNodes, Writing
+from homeostat.links.opcua.writing.writes import Translation
+
+_NUMBERS = {
+    "Double", "Float", "SByte", "Byte", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64", "Boolean",
+}  # fmt: skip
+SLACK = 1e-6
+"""Share of a range by which two statements of it may differ [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """One line of the check."""
+
+    subject: str
+    """A tag, or an entry of the handshake."""
+    problems: tuple[str, ...]
+    """What is wrong; empty where nothing is."""
+    text: str
+    """What it is where nothing is wrong."""
+
+    def __str__(self) -> str:
+        """The line."""
+        return f"{self.subject}: {'; '.join(self.problems) or self.text}"
+
+
+async def check(client: Client, mapping: LinkMapping, rules: GuardRules) -> list[Checked]:
+    """Every line of the check of ``mapping`` against the plant behind ``rules`` and the server of ``client``."""
+    try:
+        Translation(mapping, rules)
+    except LinkError as wrong:
+        return [Checked("mapping", (str(wrong),), "")]
+    handshake = {name: node for name, node in mapping.guard.model_dump().items() if node is not None}
+    wanted = list(dict.fromkeys((*handshake.values(), *_addresses(mapping))))
+    nodes = dict(zip(wanted, await described(client, wanted), strict=True))
+    lines = [_of_handshake(name, nodes[node]) for name, node in handshake.items()]
+    lines += [
+        Checked(f"guard.{name}", (f"is not stated, so {lost}",), "")
+        for name, lost in (
+            ("counter", "a plant's side that stands is noticed by readings alone"),
+            ("heartbeat", "the plant does not notice when we are dead"),
+        )
+        if name not in handshake
+    ]
+    lines += [_of_tag(tag, tag_nodes, nodes, rules) for tag, tag_nodes in mapping.tags.items()]
+    watched = {name for limit in rules.limits.hard for name in limit.formula.tags if name in rules.tags}
+    for tag in rules.tags:
+        if tag not in mapping.tags:
+            needed = tag in watched or tag in rules.writables
+            why = "a hard limit reads it" if tag in watched else "the plant's tables command it"
+            lines.append(Checked(tag, (f"has no node, and {why}",) if needed else (), "has no node, and is not read"))
+    return lines
+
+
+def _addresses(mapping: LinkMapping) -> Iterator[str]:
+    for tag in mapping.tags.values():
+        yield tag.node
+        if tag.write is not None:
+            parts = tag.write
+            yield from filter(None, (parts.node, parts.rate, parts.feedback, parts.mode, parts.requested, parts.apply))
+
+
+def _of_handshake(name: str, node: ServerNode) -> Checked:
+    problems = [] if node.kind else [f"{node.address} holds nothing: {node.status or 'no value'}"]
+    if name in ("heartbeat", "lease", "hold", "alarm") and not node.writable:
+        problems.append(f"{node.address} cannot be written by us")
+    return Checked(f"guard.{name}", tuple(problems), f"{node.address} {node.kind}")
+
+
+def _of_tag(tag: str, nodes: TagNodes, found: Mapping[str, ServerNode], rules: GuardRules) -> Checked:
+    of_plant, shown = rules.tags[tag], found[nodes.node]
+    problems: list[str] = []
+    if shown.status:
+        problems.append(f"{shown.address} is {shown.status}")
+    elif shown.kind not in _NUMBERS:
+        problems.append(f"{shown.address} holds {shown.kind or 'nothing'}, not a number")
+    unit = nodes.unit or of_plant.unit
+    if shown.unit and shown.unit != unit:
+        problems.append(f"{shown.address} is in {shown.unit}, and the mapping says {unit}")
+    if nodes.unit not in (None, of_plant.unit) and nodes.scale == 1.0 and nodes.offset == 0.0:
+        problems.append(f"the tag is in {of_plant.unit} and the node in {nodes.unit}; state scale and offset")
+    if shown.low is not None and shown.high is not None:
+        low, high = sorted((nodes.of_node(shown.low), nodes.of_node(shown.high)))
+        slack = SLACK * of_plant.range.span
+        if abs(low - of_plant.range.low) > slack or abs(high - of_plant.range.high) > slack:
+            problems.append(
+                f"its range at the server is {low:g} to {high:g} {of_plant.unit}, and "
+                f"{of_plant.range.low:g} to {of_plant.range.high:g} {of_plant.unit} in the plant's tables"
+            )
+    text = f"{shown.address} {shown.kind} {unit}"
+    if nodes.write is not None:
+        problems += _of_write(nodes.write, found)
+        text += f", written at {nodes.write.node}"
+    elif tag in rules.writables:
+        problems.append("the plant's tables command it, and the mapping has no way to write it")
+    return Checked(tag, tuple(problems), text)
+
+
+def _of_write(write: Writing, found: Mapping[str, ServerNode]) -> Iterator[str]:
+    """What is wrong with the nodes by which a tag is commanded."""
+    for what, address in (("target", write.node), ("rate", write.rate), ("mode", write.mode), ("apply", write.apply)):
+        if address is None:
+            continue
+        node = found[address]
+        if not node.writable:
+            yield f"its {what} {address} cannot be written by us"
+        if what == "target" and node.kind != write.kind:
+            yield f"its {what} {address} holds {node.kind or 'nothing'}, and the mapping says {write.kind}"
+    for what, address in (("feedback", write.feedback), ("requested", write.requested)):
+        if address is not None and found[address].kind not in _NUMBERS:
+            yield f"its {what} {address} holds {found[address].kind or 'nothing'}, not a number"

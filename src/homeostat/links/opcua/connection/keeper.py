@@ -1,0 +1,120 @@
+"""The keeper of the connection: a thread of its own that makes a new client whenever the plant's side falls silent."""
+
+from __future__ import annotations
+
+import asyncio
+import concurrent.futures
+import random
+import threading
+import time
+from collections.abc import Awaitable, Callable, Mapping
+from typing import TypeVar
+
+from homeostat.links.errors import LinkError
+from homeostat.links.opcua.connection.board import Board
+from homeostat.links.opcua.connection.session import Session, told
+from homeostat.links.opcua.mapping import Connection
+from homeostat.links.opcua.security.security import Security
+
+T = TypeVar("T")
+LOOK_S = 0.05
+"""How often the age of the data is looked at [s]."""
+
+
+class Keeper:
+    """Keeps at most one session; whatever waits for it waits for a bounded time."""
+
+    def __init__(self, connection: Connection, security: Security, board: Board, nodes: Mapping[str, bool]) -> None:
+        """``nodes``: address -> whether it is polled; the thread begins at once."""
+        self._connection, self._security, self._board, self._nodes = connection, security, board, nodes
+        self._loop = asyncio.new_event_loop()
+        self._session: Session | None = None
+        self._ended, self._stop = False, asyncio.Event()
+        self.epoch = 0
+        """Counts connections that were up; one that is lost counts, too."""
+        self.trouble = "the first connection is being made"
+        """Why there is no connection; empty while there is one."""
+        self._thread = threading.Thread(target=self._run, name="opcua link", daemon=True)
+        self._thread.start()
+
+    @property
+    def up(self) -> bool:
+        """Whether there is a connection over which fresh data come."""
+        return self._session is not None
+
+    def begin(self, work: Callable[[Session], Awaitable[T]], epoch: int) -> concurrent.futures.Future[T]:
+        """Do ``work`` with the session of ``epoch``; LinkError at once where that is over. It is never done twice."""
+
+        async def bound() -> T:
+            session = self._session
+            if session is None or epoch != self.epoch or time.monotonic() > late_s:
+                raise LinkError("the connection was lost before anything was written")
+            return await asyncio.wait_for(work(session), self._connection.answer_s)
+
+        late_s = time.monotonic() + self._connection.answer_s
+        if self._ended or self._session is None or epoch != self.epoch:
+            raise LinkError(f"there is no connection: {self.trouble or 'it is a new one meanwhile'}")
+        return asyncio.run_coroutine_threadsafe(bound(), self._loop)
+
+    def close(self) -> None:
+        """End the connection and the thread."""
+        if not self._ended:
+            self._ended, self.trouble = True, "the link was closed"
+            self._loop.call_soon_threadsafe(self._stop.set)
+            self._thread.join(self._connection.answer_s)
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_until_complete(self._keep())
+        finally:
+            self._loop.close()
+
+    async def _keep(self) -> None:
+        """Connect, watch, and connect again, with longer and longer waits as long as nothing comes of it."""
+        wait_s = self._connection.retry_s
+        while not self._ended:
+            session = Session(self._connection, self._security, self._board)
+            try:
+                try:
+                    await asyncio.wait_for(session.open(self._nodes), 2.0 * self._connection.answer_s)
+                    began_s = time.monotonic()
+                    self.trouble = await self._watch(session)
+                    if time.monotonic() - began_s > self._connection.retry_most_s:
+                        wait_s = self._connection.retry_s
+                except Exception as broken:  # certificates, sockets, time-outs: whatever a server can do
+                    self.trouble = f"{self._connection.url}: {told(broken)}"
+            finally:
+                self._lose()
+                await session.close()
+            if not self._ended:
+                await self._pause(wait_s * random.uniform(0.8, 1.2))
+                wait_s = min(2.0 * wait_s, self._connection.retry_most_s)
+
+    async def _watch(self, session: Session) -> str:
+        """Look on while data come; why they do not any more."""
+        limit_s = self._connection.dead_s
+        begin_s = time.monotonic()
+        while not self._ended:
+            silent_s = min(self._board.age_s, time.monotonic() - begin_s)
+            if session.lost:
+                return session.lost
+            if silent_s > limit_s:
+                return f"nothing that must change has changed for {silent_s:.1f} s"
+            if self._session is None and self._board.age_s < time.monotonic() - begin_s:
+                self.epoch += 1
+                self.trouble, self._session = "", session
+            await asyncio.sleep(LOOK_S)
+        return "the link was closed"
+
+    def _lose(self) -> None:
+        if self._session is not None:
+            self.epoch += 1
+            self._session = None
+        self._board.clear()
+
+    async def _pause(self, seconds: float) -> None:
+        try:
+            await asyncio.wait_for(self._stop.wait(), seconds)
+        except TimeoutError:
+            return

@@ -1,0 +1,185 @@
+"""A plant behind an OPC UA server, as the guard wants it: samples, a lease, and a heartbeat."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections.abc import Mapping
+from typing import Self, final
+
+from homeostat.domain.plant.rules import GuardRules
+from homeostat.links.errors import LeaseVoid, LinkError
+from homeostat.links.opcua.connection.board import Board, NodeReading
+from homeostat.links.opcua.connection.keeper import LOOK_S, Keeper
+from homeostat.links.opcua.connection.session import Session
+from homeostat.links.opcua.extra import need_opcua
+from homeostat.links.opcua.mapping import LinkMapping
+from homeostat.links.opcua.reading.samples import Samples
+from homeostat.links.opcua.reading.source import OpcuaSource, finite_pace
+from homeostat.links.opcua.security.security import Security
+from homeostat.links.opcua.writing.wire import OpcuaWire, answer, carry_out
+from homeostat.links.opcua.writing.writes import NodeWrite, Translation, WriteOrder
+
+BEAT_S = 1.0
+"""Longest wait for a heartbeat to be taken, wall-clock [s]."""
+
+
+@final
+class OpcuaLink:
+    """Implements :class:`homeostat.domain.ports.Link`; open until :meth:`close`, or as a context manager."""
+
+    never_blocks = False
+    """Its calls wait for a network, each for a bounded time."""
+
+    def __init__(self, mapping: LinkMapping, rules: GuardRules, security: Security, pace: float = 1.0) -> None:
+        """Begin to connect; nothing is waited for.
+
+        LinkError where mapping and plant contradict each other, or the security is none; ValueError where ``pace``,
+        process seconds per wall-clock second, is not finite and above 0.
+        """
+        need_opcua()
+        security.check()
+        self._mapping, self._security = mapping, security
+        self._translation = Translation(mapping, rules)
+        samples = Samples(mapping, rules, finite_pace(pace))
+        guard = mapping.guard
+        self._board = Board(guard.counter or guard.time)
+        self._keeper = Keeper(mapping.connection, security, self._board, mapping.readable())
+        self.source = OpcuaSource(self._keeper, self._board, mapping, samples, pace)
+        """The reading side."""
+        self._token, self._epoch, self._beats, self._taken_s = 0, -1, 0, 0.0
+
+    @property
+    def trouble(self) -> str:
+        """Why there is no connection, in one line; empty while there is one."""
+        return "" if self._keeper.up else self._keeper.trouble
+
+    def wait(self, within_s: float) -> None:
+        """Wait for the first sample; LinkError where there is none within ``within_s`` [s], with the reason."""
+        end = time.monotonic() + within_s
+        while self.trouble:
+            if time.monotonic() > end:
+                raise LinkError(f"the plant was not reached within {within_s:g} s: {self.trouble}")
+            time.sleep(LOOK_S)
+
+    @property
+    def clock_s(self) -> float:
+        """How far the server's clock is ahead of ours [s]."""
+        return self._board.clock_s
+
+    @property
+    def readings(self) -> Mapping[str, NodeReading]:
+        """Address -> what the server has said of that node last, with quality, source, server and own time."""
+        return self._board.readings()[1]
+
+    @property
+    def acknowledged(self) -> bool:
+        """Whether an operator of the plant has acknowledged our alarm; False where nobody says so."""
+        shown = self._board.get(self._mapping.guard.acknowledged)
+        return shown is not None and shown.value is True
+
+    def take(self) -> OpcuaWire:
+        """Take the lease, and become who writes; LinkError where the plant or the state of the link forbids it."""
+        guard, epoch = self._mapping.guard, self._keeper.epoch
+        self._refuse_unfit()
+        token = secrets.randbits(31) | 1
+        fence: tuple[NodeWrite, ...] = ()
+        if guard.lease is not None:
+            lease = NodeWrite(guard.lease, token, "UInt32")
+            self._write(lease, (), epoch, "taking the lease")
+            fence = (lease,)
+        self._token, self._epoch, self._taken_s = token, epoch, time.monotonic()
+        return OpcuaWire(self._keeper, self._translation, fence, epoch, lambda: self._holds(token))
+
+    def beat(self) -> None:
+        """Say that the guard is alive; LinkError where nobody hears it, LeaseVoid where the lease is over.
+
+        Where nobody has taken a lease, or the mapping has no heartbeat, nothing happens.
+        """
+        node = self._mapping.guard.heartbeat
+        if node is None or not self._token:
+            return
+        if self._keeper.epoch != self._epoch or not self._holds(self._token):
+            raise LeaseVoid("the plant's own control has taken over; take a new lease")
+        self._beats = (self._beats + 1) % 2**31
+        beat = NodeWrite(node, self._beats, "UInt32")
+        self._write(beat, self._fence, self._epoch, "the heartbeat", BEAT_S)
+
+    def give_back(self) -> None:
+        """End the lease, and with it the heartbeat; where nobody holds one, nothing happens."""
+        lease, token = self._mapping.guard.lease, self._token
+        ours = token != 0 and self._keeper.epoch == self._epoch and self._holds(token)
+        self._token = 0
+        if ours and lease is not None:
+            self._write(NodeWrite(lease, 0, "UInt32"), (), self._epoch, "giving back the lease")
+
+    def raise_alarm(self, text: str) -> None:
+        """Show ``text`` in the control system's own alarm list, empty to take it back; it needs the lease.
+
+        LinkError where there is no such list, or it is not reached.
+        """
+        node = self._mapping.guard.alarm
+        if node is None:
+            raise LinkError("the mapping has no node for an alarm; state guard.alarm")
+        self._write(NodeWrite(node, text, "String"), self._fence, self._keeper.epoch, "the alarm")
+
+    def hold(self, on: bool) -> None:
+        """Let the plant's own recipe wait or go on, also when the lease is over; it needs the lease.
+
+        After a fallback it must wait, or it begins again what the fallback ended. LinkError where the mapping has no
+        node for it, or it is not reached.
+        """
+        node = self._mapping.guard.hold
+        if node is None:
+            raise LinkError("the mapping has no node that lets the plant's recipe wait; state guard.hold")
+        self._write(NodeWrite(node, on, "Boolean"), self._fence, self._keeper.epoch, "holding the plant's recipe")
+
+    def close(self) -> None:
+        """End the connection; the lease is not given back, and the plant sheds where it hears nothing."""
+        self.source.ended = True
+        self._keeper.close()
+
+    def __enter__(self) -> Self:
+        """The link itself."""
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        """Close it."""
+        self.close()
+
+    @property
+    def _fence(self) -> tuple[NodeWrite, ...]:
+        lease = self._mapping.guard.lease
+        return () if lease is None or not self._token else (NodeWrite(lease, self._token, "UInt32"),)
+
+    def _refuse_unfit(self) -> None:
+        """LinkError where nothing may be written now."""
+        if not self._security.writes:
+            raise LinkError("the connection is not encrypted, so nothing is written over it; give --pki FOLDER")
+        if not self._keeper.up:
+            raise LinkError(f"the plant is not reached: {self._keeper.trouble}")
+        most_s = self._mapping.connection.clock_s
+        if abs(self._board.clock_s) > most_s:
+            raise LinkError(
+                f"the server's clock is {self._board.clock_s:+.1f} s from ours, {most_s:g} s are allowed; set one"
+            )
+        permit = self._board.get(self._mapping.guard.permit)
+        if permit is not None and permit.value is not True:
+            raise LinkError("the plant's operators do not permit writing; they must switch it on at the plant")
+
+    def _holds(self, token: int) -> bool:
+        """Whether the plant shows our lease, or has not shown whose it is since we took it."""
+        if token != self._token:
+            return False
+        shown = self._board.get(self._mapping.guard.lease)
+        return shown is None or shown.value == token or shown.received_s < self._taken_s
+
+    def _write(
+        self, write: NodeWrite, fence: tuple[NodeWrite, ...], epoch: int, what: str, within_s: float | None = None
+    ) -> None:
+        """Write one value and wait for the answer; LinkError that begins with ``what`` where it is not a good one."""
+
+        async def work(session: Session) -> str:
+            return await carry_out(session, WriteOrder((write,), (), ()), fence)
+
+        answer(self._keeper.begin(work, epoch), within_s or self._mapping.connection.answer_s, what)

@@ -1,0 +1,54 @@
+"""Process time of a link: it never stands and never runs back, whatever the plant's clock says."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from homeostat.links.opcua.reading.process_time import ProcessTime
+
+told = st.none() | st.floats(-1e9, 1e9) | st.sampled_from([float("nan"), float("inf"), -float("inf")])
+ticks = st.lists(st.tuples(st.booleans(), told, st.floats(0.0, 100.0)), min_size=1, max_size=60)
+
+
+@given(ticks=ticks, pace=st.floats(0.1, 100.0))
+def test_time_never_runs_back_and_every_sample_is_later(
+    ticks: list[tuple[bool, float | None, float]], pace: float
+) -> None:
+    time, at_s = ProcessTime(pace), 0.0
+    before_s = 0.0
+    for there, told_s, passed_s in ticks:
+        at_s += passed_s
+        now_s = time.sample(told_s, at_s) if there else time.absent(at_s)
+        assert now_s > before_s if there else now_s >= before_s
+        assert now_s == round(now_s) == time.now_s
+        before_s = now_s
+
+
+def test_it_is_the_plants_as_long_as_that_goes_on() -> None:
+    time = ProcessTime(5.0)
+    assert [time.sample(float(t), t / 5.0) for t in range(40, 50)] == [float(t) for t in range(40, 50)]
+
+
+def test_a_plant_that_begins_again_is_followed_from_there() -> None:
+    time = ProcessTime(1.0)
+    for t in range(100, 110):
+        time.sample(float(t), float(t))
+    assert [time.sample(float(t), 110.0 + t) for t in (1, 2, 3)] == [110.0, 111.0, 112.0]
+
+
+def test_it_goes_on_by_our_own_clock_while_nothing_comes() -> None:
+    time = ProcessTime(5.0)
+    assert time.absent(0.0) == 0.0
+    time.sample(10.0, 2.0)
+    assert [time.absent(2.0 + wait) for wait in (0.1, 0.2, 1.0)] == [10.0, 11.0, 15.0]
+    assert time.sample(12.0, 3.1) == 16.0, "later than what was said already"
+
+
+def test_without_the_plants_clock_ours_counts() -> None:
+    time = ProcessTime(2.0)
+    found = [time.sample(None, 100.0 + 0.5 * k) for k in range(5)]
+    assert all(b - a == pytest.approx(1.0) for a, b in itertools.pairwise(found))

@@ -1,0 +1,29 @@
+"""A plant that shows what was requested and works with it once it is applied."""
+
+from __future__ import annotations
+
+from homeostat.domain.recovery import Command
+from homeostat.links.opcua.security.certificate import Pki
+from tests.equipment.opcua.served import Served
+from tests.links.opcua.waiting import sample, settled
+
+
+def test_a_target_counts_once_it_was_requested_read_back_and_applied(pkis: tuple[Pki, Pki]) -> None:
+    with Served(pkis, two_step=True) as served, served.link(two_step=True) as link:
+        wire = link.take()
+        assert settled(wire.send((Command("L.sp", 11.0, 0.5), Command("cool.man", 0.4, None)))) == ""
+        seen = sample(link, lambda s: s.accepted.get("cool.man") == 0.4)
+        assert seen.accepted["L.sp"] == 11.0
+        served.ask("clamp L.sp 2 10")
+        before = served.wire
+        assert "its node holds 10.0" in settled(wire.send((Command("L.sp", 11.5, None),)))
+        assert served.wire == before, "what was requested otherwise is not applied"
+        assert settled(wire.send((Command("cool.man", None, None),))) == ""
+        assert sample(link, lambda s: s.accepted["cool.man"] is None)
+
+
+def test_without_the_second_step_nothing_happens(pkis: tuple[Pki, Pki]) -> None:
+    with Served(pkis, two_step=True) as served, served.link() as link:
+        wire, before = link.take(), sample(link).accepted["L.sp"]
+        assert settled(wire.send((Command("L.sp", 11.0, None),))) == ""
+        assert sample(link).accepted["L.sp"] == before and served.wire == []
