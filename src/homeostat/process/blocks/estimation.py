@@ -55,12 +55,12 @@ class Estimation:
             mean = self._stated[Term(Leaf.PARAMETER, value=d.name)]
             x[at[str(d.now.value)]] = mean if d.measured is None else readings.get(d.measured, mean)
         for kept in sheet.memories.values():
-            x[at[kept.name]] = kept.start
+            x[at[kept.name]] = kept.usual
         for c in sheet.controllers.values():
             given = readings.get(c.given, np.nan)
             x[at[str(c.used.value)]] = readings[c.measured] if np.isnan(given) else given
         values = self._values(x, readings)
-        found = self._solved(np.array([evaluate(s.start, values) for s in sheet.states.values()]), values, readings)
+        found = self._solved(np.array([evaluate(s.usual, values) for s in sheet.states.values()]), values, readings)
         x[: len(found)] = found
         self._follow(x, values | dict(zip(self._states, found.tolist(), strict=True)), readings)
         return x
@@ -123,7 +123,7 @@ class Estimation:
         values |= {Term(Leaf.HELD, value=n): float(x[i]) for n, i in self._layout.column.items()}
         values |= {state: float(x[i]) for i, state in enumerate(self._states)}
         values |= {Term(Leaf.INPUT, value=n): readings.get(n, np.nan) for n in self._layout.inputs}
-        return values | {Term(Leaf.FAULT, value=n): 0.0 for n in self._layout.sheet.faults}
+        return {**values, **self._layout.healthy}
 
     def _follow(self, x: Vec, values: dict[Term, Any], read: Container[str]) -> None:
         """Lags and dead times as after a long time, then what instruments that were not ``read`` show, in place."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from homeostat.process.blocks.term import Leaf, Term
+from homeostat.process.blocks.term import ZERO, Leaf, Term
 
 
 def held(name: str) -> Term:
@@ -27,6 +28,8 @@ class State:
     """Where it stands at the start of a run, over parameters."""
     least: float | None
     """What it cannot fall below, in its unit."""
+    usual: Term
+    """Where it is taken to be where no instrument tells, over parameters."""
 
     @property
     def term(self) -> Term:
@@ -48,6 +51,8 @@ class Actuator:
     """What commands it where nobody does by hand; None where it is commanded from outside only."""
     start: float
     """Opening [1] at the start of a run."""
+    faults: Mapping[str, str]
+    """``weak``, ``stuck_open`` or ``stuck_closed`` -> what the plant's tables call that fault, where otherwise."""
 
     @property
     def position(self) -> Term:
@@ -72,22 +77,39 @@ class Actuator:
     @property
     def weak(self) -> str:
         """Fault: it has lost the share ``severity`` of its capacity."""
-        return f"{self.name}_weak"
+        return self.faults.get("weak", f"{self.name}_weak")
 
     @property
     def stuck_open(self) -> str:
         """Fault: it stays at ``severity`` of its travel."""
-        return f"{self.name}_stuck_open"
+        return self.faults.get("stuck_open", f"{self.name}_stuck_open")
 
     @property
     def stuck_closed(self) -> str:
         """Fault: it stays at 1 - ``severity`` of its travel."""
-        return f"{self.name}_stuck_closed"
+        return self.faults.get("stuck_closed", f"{self.name}_stuck_closed")
 
     @property
     def positions(self) -> tuple[str, ...]:
         """Columns of its lags; the last one is its position."""
         return (*(f"{self.name}_lag{k}" for k in range(1, len(self.lags))), f"{self.name}_position")
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """How a controller's output becomes a command, where that is more than the output itself."""
+
+    least: Term = ZERO
+    """Lowest output [1]."""
+    beside: Term = ZERO
+    """What is added to the output, as a feed-forward that the controller only trims [1]."""
+    rests: Term | None = None
+    """Condition under which something else commands and the integral term stays as it is; None for never."""
+
+    @property
+    def plain(self) -> bool:
+        """Whether the output is the command, or one of several that the command is chosen among."""
+        return self == Law()
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +130,7 @@ class Controller:
     setpoint: Term | None
     """Where the setpoint comes from where nobody gives one (a ratio, another controller); None: from outside only."""
     derivative: bool
+    law: Law
 
     @property
     def given(self) -> str:
@@ -133,6 +156,11 @@ class Controller:
     def last(self) -> str:
         """Column of the error before, where it has a derivative."""
         return f"{self.name}_last"
+
+    def terms(self) -> tuple[Term, ...]:
+        """What it is given beside its reading: feed-forward, setpoint, and what its law has."""
+        optional = [each for each in (self.setpoint, self.law.rests) if each is not None]
+        return (self.forward, self.law.least, self.law.beside, *optional)
 
     def gain(self, kind: str) -> Term:
         """Its proportional (``Kp``), integral (``Ki``) or derivative (``Kd``) gain, a parameter."""
@@ -164,6 +192,14 @@ class Delay:
 
 
 @dataclass(frozen=True, slots=True)
+class Hold:
+    """A quantity as it is at the start of a second, which stays for that second."""
+
+    name: str
+    of: Term
+
+
+@dataclass(frozen=True, slots=True)
 class Memory:
     """A number that a rule gives anew each second, before controllers act: a latch, a switch with hysteresis."""
 
@@ -171,6 +207,8 @@ class Memory:
     start: float
     update: Term
     """What it becomes, over what was measured last, what is commanded, and itself."""
+    usual: float
+    """What it is taken to be where nothing tells."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,16 +254,12 @@ class Sensor:
     """Smallest difference that it shows, in its unit; 0 for none."""
     every_s: int
     """Seconds between two readings: an analyser has its time."""
-
-    @property
-    def bias(self) -> Term:
-        """Calibration error, a parameter."""
-        return Term(Leaf.PARAMETER, value=f"bias_{self.name}")
-
-    @property
-    def noise(self) -> Term:
-        """Standard deviation of its noise, a parameter."""
-        return Term(Leaf.PARAMETER, value=f"sd_{self.name}")
+    bias: Term
+    """Calibration error, a parameter."""
+    noise: Term
+    """Standard deviation of its noise, a parameter."""
+    off: Term
+    """What faults of its own add to what it shows, in its unit."""
 
     @property
     def true(self) -> str:

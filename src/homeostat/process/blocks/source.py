@@ -11,8 +11,8 @@ from typing import Final, final
 
 from homeostat.process.blocks.control import conclude, control
 from homeostat.process.blocks.layout import Layout
-from homeostat.process.blocks.parts import Actuator, Delay, Disturbance, Lag, Sensor
-from homeostat.process.blocks.term import Leaf, Term
+from homeostat.process.blocks.parts import Actuator, Delay, Disturbance, Hold, Lag, Sensor, State
+from homeostat.process.blocks.term import TIME, ZERO, Leaf, Term, leaves, maximum
 from homeostat.process.blocks.writing import MEMBER, SECOND, Scope, function
 
 _HEAD: Final = (
@@ -42,10 +42,18 @@ class _Source:
         held = {Term(Leaf.HELD, value=n): f"xm[{i}]" for i, n in enumerate(layout.states)}
         inputs = {Term(Leaf.INPUT, value=n): f"um[k, {i}]" for i, n in enumerate(layout.inputs)}
         faults = {Term(Leaf.FAULT, value=n): "0.0" for n in layout.sheet.faults}
+        faults |= {Term(Leaf.AGE, value=n): "0.0" for n in layout.sheet.faults}
         faults |= {Term(Leaf.FAULT, value=n): f"f{i}" for i, n in enumerate(layout.faults)}
+        faults |= {Term(Leaf.AGE, value=n): f"a{i}" for i, n in enumerate(layout.faults)}
+        late = {Term(Leaf.FAULT, value=n): f"g{i}" for i, n in enumerate(layout.faults)}
+        self._beyond = layout.beyond
+        self._used = leaves(*layout.terms())
+        self._off = leaves(*(s.off for s in layout.sheet.sensors.values()))
         self._member = Scope(parameters, MEMBER, "w")
-        states = {state: f"xm[{i}]" for i, state in enumerate(self._states)}
-        self._second = Scope(held | inputs | faults | states, SECOND, "s", self._member)
+        states = {state: f"xm[{self._at[str(state.value)]}]" for state in self._states}
+        known = held | inputs | faults | states | {TIME: "t"}
+        self._second = Scope(known, SECOND, "s", self._member)
+        self._shown = Scope(known | late, SECOND, "z", self._member)
 
     def text(self) -> str:
         """The whole source."""
@@ -53,7 +61,7 @@ class _Source:
         shown = [*(s.of for s in self._sheet.sensors.values()), *(q.of for q in self._sheet.quantities.values())]
         measures, wants = function("measures", self._states, shown)
         body = self._whole_second(needs, wants)
-        physical = " and ".join(f"-{_MOST} < xm[{i}] < {_MOST}" for i in range(len(self._states)))
+        physical = " and ".join(map(self._possible, self._sheet.states.values()))
         lines = [
             *slopes, "", *measures, "", *_HEAD,
             f"        if not ({physical}):",
@@ -74,9 +82,17 @@ class _Source:
         ]  # fmt: skip
         return "\n".join(lines) + "\n"
 
+    def _possible(self, state: State) -> str:
+        """The condition under which a state is one of a plant."""
+        least = f"-{_MOST} <" if state.least is None else f"{state.least!r} <="
+        return f"{'0.0 <' if state.unit == 'K' else least} xm[{self._at[state.name]}] < {_MOST}"
+
     def _whole_second(self, needs: Sequence[Term], wants: Sequence[Term]) -> list[str]:
         scope = self._second
         scope.say(*(f"f{i} = sm[{i}] if t >= om[{i}] else 0.0" for i in range(len(self._layout.faults))))
+        for i, name in enumerate(self._layout.faults):
+            if Term(Leaf.AGE, value=name) in self._used:
+                scope.say(f"a{i} = t - om[{i}] if t >= om[{i}] else 0.0")
         for m in self._sheet.memories.values():
             scope.say(f"xm[{self._at[m.name]}] = {scope.name(m.update)}")
             scope = scope.forget()
@@ -92,13 +108,29 @@ class _Source:
         scope = scope.forget()
         for each in self._sheet.lags.values():
             self._follow(each, scope)
-        scope = scope.forget()
+            scope = scope.forget()
         self._integrate([scope.name(each) for each in needs], scope)
         given = [*(f"y{i}" for i in range(len(self._states))), *(scope.name(each) for each in wants)]
         named = [f"q{i}" for i in range(len(self._sheet.sensors) + len(self._sheet.quantities))]
         scope.say(f"{', '.join(named)}, = measures({', '.join(given)})", "second = math.floor(t + 1.5)")
+        for i, name in enumerate(self._layout.faults):
+            if (
+                Term(Leaf.FAULT, value=name) in self._off
+            ):  # what an instrument does wrong shows at the end of the second
+                scope.say(f"g{i} = sm[{i}] if t + 1.0 >= om[{i}] else 0.0")
+        shown = () if self._beyond is None else self._beyond.departures.instruments
+        columns = f"({', '.join(str(self._at[name]) for name in shown)},)"
+        if self._beyond is not None:
+            behind, first = self._beyond.behind()
+            scope.say(f"restore(xm, {columns}, {behind})")
         for i, s in enumerate(self._sheet.sensors.values()):
             scope.say(*self._show(s, i))
+        ideal = [f"xm[{self._at[self._sheet.sensors[name].ideal]}]" for name in shown]
+        if self._beyond is not None:
+            scope.say(*(f"work[{i}] = {column}" for i, column in enumerate(ideal)))
+            law = self._beyond.first_parameter
+            scope.say(f"show(xm, {columns}, work, {behind}, pm, {first}, {law}, seed, int(second))")
+            scope.say(*(f"{column} = work[{i}]" for i, column in enumerate(ideal)))
         for i, name in enumerate(self._sheet.quantities, start=len(self._sheet.sensors)):
             scope.say(f"xm[{self._at[name]}] = q{i}")
         return scope.lines
@@ -109,7 +141,9 @@ class _Source:
         scope.say(f"by_hand = um[k, {self._layout.inputs.index(a.manual)}]")
         automatic = command if a.automatic is None else scope.name(a.automatic)
         scope.say(f"{command} = clip({automatic} if math.isnan(by_hand) else by_hand, 0.0, 1.0)", f"go = {command}")
-        for name, where in ((a.stuck_open, "{}"), (a.stuck_closed, "1.0 - {}")):
+        if self._beyond is not None and (place := self._beyond.before(a.name)) is not None:
+            scope.say(f"go = reached({command}, xm, {place[0]}, pm, {place[1]}, 1.0)")
+        for name, where in ((a.stuck_closed, "1.0 - {}"), (a.stuck_open, "{}")):
             if name in self._layout.faults:
                 active = f"f{self._layout.faults.index(name)}"
                 scope.say(f"if {active} > 0.0:", f"    go = {where.format(active)}")
@@ -127,12 +161,12 @@ class _Source:
 
     def _disturb(self, d: Disturbance, channel: int, scope: Scope) -> None:
         mean = self._member.name(Term(Leaf.PARAMETER, value=d.name))
-        now, noise = f"xm[{self._at[str(d.now.value)]}]", f"xm[{self._at[d.coloured]}]"
-        sd = None if d.sd is None else scope.name(d.sd)
+        now, sd = f"xm[{self._at[str(d.now.value)]}]", None if d.sd is None else scope.name(d.sd)
+        noise = "" if sd is None else f"xm[{self._at[d.coloured]}]"
         if sd is None:
             scope.say(f"{now} = {mean}")
         else:
-            share = "1.0" if d.tau is None else self._share(d.tau)
+            share = "1.0" if d.tau is None else self._share(maximum(d.tau, 1e-6))
             drawn = f"{noise} += {share} * (loud * normal(seed, math.floor(t + 0.5), {channel}) - {noise})"
             scope.say("if loud > 0.0:", f"    {drawn}", f"{now} = {mean} + {sd} * {noise}")
         if d.measured is not None:
@@ -144,9 +178,12 @@ class _Source:
             if sd is not None:
                 scope.say(f"    if {sd} > 0.0:", f"        {noise} = ({now} - {mean}) / {sd}")
 
-    def _follow(self, each: Lag | Delay, scope: Scope) -> None:
-        """A lag, or a dead time, by a second."""
+    def _follow(self, each: Lag | Delay | Hold, scope: Scope) -> None:
+        """A lag, or a dead time, by a second; what is held through it."""
         value = scope.name(each.of)
+        if isinstance(each, Hold):
+            scope.say(f"xm[{self._at[each.name]}] = {value}")
+            return
         if isinstance(each, Lag):
             own = f"xm[{self._at[each.name]}]"
             scope.say(f"{own} += {self._share(each.tau)} * ({value} - {own})")
@@ -156,26 +193,29 @@ class _Source:
 
     def _integrate(self, given: Sequence[str], scope: Scope) -> None:
         """Runge-Kutta 4 over a second with everything held that is no state."""
-        n, parts = len(self._states), self._sheet.parts
-        ys = [f"y{i}" for i in range(n)]
-        scope.say(*(f"{y} = xm[{i}]" for i, y in enumerate(ys)))
+        ys = [f"y{i}" for i in range(len(self._states))]
+        columns = [f"xm[{self._at[name]}]" for name in self._sheet.states]
+        parts = scope.name(self._sheet.parts)
+        scope.say(*(f"{y} = {column}" for y, column in zip(ys, columns, strict=True)))
         inner = list(_runge_kutta(ys, given))
-        if parts == 1:
+        if parts == "1.0":
             scope.say("h = 1.0", *inner)
         else:
-            scope.say(f"h = {1.0 / parts!r}", f"for _ in range({parts}):", *(f"    {line}" for line in inner))
+            scope.say(f"h = 1.0 / {parts}", f"for _ in range(int({parts})):", *(f"    {line}" for line in inner))
         for i, state in enumerate(self._sheet.states.values()):
             if state.least is not None:
                 scope.say(f"y{i} = max(y{i}, {state.least!r})")
-        scope.say(*(f"xm[{i}] = {y}" for i, y in enumerate(ys)))
+        scope.say(*(f"{column} = {y}" for y, column in zip(ys, columns, strict=True)))
 
     def _show(self, s: Sensor, channel: int) -> Iterator[str]:
         """What a transmitter shows of ``q`` at the end of the second."""
         bias, sd = self._member.name(s.bias), self._member.name(s.noise)
         true, ideal, shown = (f"xm[{self._at[name]}]" for name in (s.true, s.ideal, s.name))
+        off = "" if s.off == ZERO else f" + {self._shown.name(s.off)}"
+        yield from self._shown.taken()
         noise = f"noisy * {sd} * normal(seed, second, {channel})"
         yield f"{true} = q{channel}"
-        yield f"{ideal} = {true} * (1.0 + {bias})" if s.relative else f"{ideal} = {true} + {bias}"
+        yield f"{ideal} = {true} * (1.0 + {bias}){off}" if s.relative else f"{ideal} = {true} + {bias}{off}"
         within = "" if s.every_s == 1 else "    "
         if within:
             yield f"if second % {s.every_s} == 0:"

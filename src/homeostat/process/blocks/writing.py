@@ -13,8 +13,12 @@ _CODE: Final[Mapping[str, str]] = {
     "add": "{} + {}", "sub": "{} - {}", "mul": "{} * {}", "div": "{} / {}", "pow": "math.pow({}, {})", "abs": "abs({})",
     "exp": "math.exp({})", "log": "math.log({})", "sqrt": "math.sqrt(max({}, 0.0))", "min": "min({}, {})",
     "max": "max({}, {})", "unit": "{}", "lt": "{} < {}", "le": "{} <= {}", "where": "{1} if {0} else {2}",
+    "and": "{} and {}", "or": "{} or {}",
 }  # fmt: skip
-_OFTEN: Final = {Leaf.PARAMETER: MEMBER, Leaf.INPUT: SECOND, Leaf.FAULT: SECOND, Leaf.HELD: SECOND, Leaf.STATE: STAGE}
+_OFTEN: Final = {
+    Leaf.PARAMETER: MEMBER, Leaf.INPUT: SECOND, Leaf.FAULT: SECOND, Leaf.AGE: SECOND, Leaf.TIME: SECOND,
+    Leaf.HELD: SECOND, Leaf.STATE: STAGE,
+}  # fmt: skip
 
 
 def how_often(term: Term) -> int:
@@ -61,6 +65,11 @@ class Scope:
     def say(self, *lines: str) -> None:
         """Add ``lines`` as they are."""
         self.lines.extend(lines)
+
+    def taken(self) -> list[str]:
+        """The lines so far, which are now somewhere else."""
+        lines, self.lines = self.lines, []
+        return lines
 
     def forget(self) -> Scope:
         """The same for what follows lines that changed columns: nothing that was worked out before is used again."""
