@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from homeostat.process.blocks.flowsheet import Flowsheet
-from homeostat.process.blocks.parts import fault, held
+from homeostat.process.blocks.parts import Network, fault, held
 from homeostat.process.blocks.term import Leaf, Term, where
 from homeostat.process.blocks.units import NONE, Unit, UnitError, of_term, read
 
@@ -77,6 +77,10 @@ def _leaves(sheet: Flowsheet, stated: StatedUnits, found: list[str]) -> dict[Ter
     for name in (*sheet.memories, *sheet.switches):
         units[held(name)] = NONE
     for each in sheet.lags.values():
+        if isinstance(each, Network):
+            units |= {held(name): read("m") for name in each.junctions}
+            units |= {held(branch.name): read("L/s") for branch in each.branches}
+            continue
         column = getattr(each, "columns", (each.name,))[0]
         try:
             units[held(column)] = of_term(each.of, units, {})
@@ -111,6 +115,11 @@ def _expected(sheet: Flowsheet, stated: StatedUnits) -> Iterator[tuple[str, Term
         if c.setpoint is not None and (unit := stated.variables.get(c.measured)):
             yield f"the setpoint of {c.name}", c.setpoint, unit
     for each in sheet.lags.values():
+        if isinstance(each, Network):
+            for branch in each.branches:
+                yield from ((f"a head of {branch.name}", end, "m") for end in branch.ends)
+                yield f"the resistance of {branch.name}", branch.resistance, "m s2/L2"
+                yield from zip((f"the pump of {branch.name}",) * 3, branch.pump, ("m", "m s/L", "1"), strict=True)
         if (tau := getattr(each, "tau", None)) is not None:
             yield f"the time constant of {each.name}", tau, "s"
     for d in sheet.disturbances.values():

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from homeostat.process.batch import Kernel
 from homeostat.process.blocks.estimation import Estimation
 from homeostat.process.blocks.flowsheet import Flowsheet
+from homeostat.process.blocks.hydraulics.solver import solve_network
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import fault
 from homeostat.process.blocks.resuming import resume_controllers
@@ -30,6 +31,7 @@ _BLOCKS: Mapping[str, Any] = {
     "math": math, "approach": approach, "clip": clip, "lag_share": lag_share, "normal": normal,
     "pid_integral": pid_integral, "pid_output": pid_output, "pid_tracking": pid_tracking,
     "reached": reached, "restore": restore, "show": show,
+    "solve_network": solve_network,
 }  # fmt: skip
 
 
@@ -188,4 +190,4 @@ def compiled_kernel(layout: Layout) -> CompiledKernel:
         room[name] = compiled(room[name])
     advance: Callable[..., None] = room["advance"]
     columns = Columns(len(layout.states), len(layout.parameters), len(layout.faults), len(layout.inputs))
-    return CompiledKernel(advance, columns, scratch=max(len(layout.sheet.sensors), 1), source=source)
+    return CompiledKernel(advance, columns, scratch=layout.rooms[""], source=source)

@@ -7,8 +7,9 @@ from typing import Any, Final, final
 
 import numpy as np
 
+from homeostat.process.blocks.hydraulics.solver import room, solve_network
 from homeostat.process.blocks.layout import Layout
-from homeostat.process.blocks.parts import Delay, Sensor
+from homeostat.process.blocks.parts import Delay, Network, Sensor
 from homeostat.process.blocks.term import Leaf, Term, evaluate, leaves
 from homeostat.process.types import Table, Vec
 
@@ -129,6 +130,10 @@ class Estimation:
         """Lags and dead times as after a long time, then what instruments that were not ``read`` show, in place."""
         sheet, at = self._layout.sheet, self._layout.column
         for each in sheet.lags.values():
+            if isinstance(each, Network):
+                x[[at[name] for name in each.columns]] = found = _flowing(each, values)
+                values.update((Term(Leaf.HELD, value=n), float(v)) for n, v in zip(each.columns, found, strict=True))
+                continue
             stands = float(evaluate(each.of, values))
             for column in each.columns if isinstance(each, Delay) else (each.name,):
                 x[at[column]] = values[Term(Leaf.HELD, value=column)] = stands
@@ -138,6 +143,15 @@ class Estimation:
                 x[at[s.name]] = x[at[s.true]]
         for q in sheet.quantities.values():
             x[at[q.name]] = evaluate(q.of, values)
+
+
+def _flowing(network: Network, values: dict[Term, Any]) -> Vec:
+    """Heads and flows of a network, shape (columns,)."""
+    numbers = [each if isinstance(each, float) else evaluate(each, values) for row in network.numbers() for each in row]
+    n, m = len(network.junctions), len(network.branches)
+    work = np.concatenate([numbers, np.zeros(room(n, m) - len(numbers))])
+    solve_network(work, 0, n, m)
+    return np.asarray(work[len(numbers) : len(numbers) + n + m])
 
 
 def _about_states(s: Sensor) -> bool:

@@ -16,6 +16,7 @@ from homeostat.process.blocks.parts import (
     Lag,
     Law,
     Memory,
+    Network,
     Quantity,
     Sensor,
     State,
@@ -49,7 +50,7 @@ class Flowsheet:
         self.states: dict[str, State] = {}
         self.actuators: dict[str, Actuator] = {}
         self.controllers: dict[str, Controller] = {}
-        self.lags: dict[str, Lag | Delay | Hold] = {}
+        self.lags: dict[str, Lag | Delay | Hold | Network] = {}
         self.memories: dict[str, Memory] = {}
         self.disturbances: dict[str, Disturbance] = {}
         self.sensors: dict[str, Sensor] = {}
@@ -222,6 +223,16 @@ class Flowsheet:
         self.lags[name] = Hold(name, of)
         return held(name)
 
+    def networks(self, network: Network) -> None:
+        """Add a network of pipes; see :class:`homeostat.process.blocks.hydraulics.piping.Piping`."""
+        self._take(network.name)
+        self.lags[network.name] = network
+
+    def named(self, name: str) -> str:
+        """``name`` as that of a column, which no other part may have."""
+        self._take(name)
+        return name
+
     def memory(self, name: str, update: Callable[[Term], Term], start: float = 0.0, usual: float | None = None) -> Term:
         """A number that is kept; each second it becomes ``update`` of what it was.
 
@@ -290,7 +301,7 @@ class Flowsheet:
                 yield c.last
         yield from self.memories
         for each in self.lags.values():
-            yield from each.columns if isinstance(each, Delay) else (each.name,)
+            yield from each.columns if isinstance(each, Delay | Network) else (each.name,)
         for d in self.disturbances.values():
             yield from (str(d.now.value), *([] if d.sd is None else [d.coloured]))
 
@@ -307,7 +318,9 @@ class Flowsheet:
         yield from ((f"controller {m.name}", m.update) for m in self.memories.values())
         yield from ((f"sensor {s.name}", of) for s in self.sensors.values() for of in (s.of, s.off))
         yield from ((f"quantity {q.name}", q.of) for q in self.quantities.values())
-        yield from ((f"lag {each.name}", each.of) for each in self.lags.values())
+        for each in self.lags.values():
+            made_of = each.terms if isinstance(each, Network) else (each.of,)
+            yield from ((f"lag {each.name}", of) for of in made_of)
 
     def _take(self, name: str) -> None:
         """Give a column its name."""

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from homeostat.process.blocks.flowsheet import Flowsheet, FlowsheetError
-from homeostat.process.blocks.parts import Disturbance, Hold
+from homeostat.process.blocks.hydraulics.solver import room
+from homeostat.process.blocks.parts import Disturbance, Hold, Network
 from homeostat.process.blocks.term import TIME, Leaf, Term, leaves
 from homeostat.process.departures import ACTUATOR_STATES, BEFORE_ACTUATOR, NOISE_LAW, Departures
 
@@ -116,8 +117,18 @@ class Layout:
     @cached_property
     def told(self) -> tuple[str, ...]:
         """Columns of what is the case though no instrument need show it: states, memories, what is held, quantities."""
-        held = (name for name, each in self.sheet.lags.items() if isinstance(each, Hold))
-        return (*self.sheet.states, *self.sheet.memories, *held, *self.sheet.quantities)
+        held = [each.columns if isinstance(each, Network) else (each.name,) for each in self.sheet.lags.values()
+                if isinstance(each, Hold | Network)]  # fmt: skip
+        return (*self.sheet.states, *self.sheet.memories, *(n for each in held for n in each), *self.sheet.quantities)
+
+    @cached_property
+    def rooms(self) -> Mapping[str, int]:
+        """Network -> where its numbers begin in the kernel's room; "" -> the size of that."""
+        rooms, at = {}, max(len(self.sheet.sensors), 1)
+        for each in self.sheet.lags.values():
+            if isinstance(each, Network):
+                rooms[each.name], at = at, at + room(len(each.junctions), len(each.branches))
+        return {**rooms, "": at}
 
     @cached_property
     def healthy(self) -> Mapping[Term, float]:
@@ -143,7 +154,7 @@ class Layout:
             yield from (c.gain(kind) for kind in ("Kp", "Ki", *(["Kd"] if c.derivative else [])))
         yield from (m.update for m in sheet.memories.values())
         for each in sheet.lags.values():
-            yield each.of
+            yield from each.terms if isinstance(each, Network) else (each.of,)
             tau = getattr(each, "tau", None)
             if tau is not None:
                 yield tau

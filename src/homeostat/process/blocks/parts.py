@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from homeostat.process.blocks.term import ZERO, Leaf, Term
@@ -197,6 +197,50 @@ class Hold:
 
     name: str
     of: Term
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """What lies between two places of a network."""
+
+    name: str
+    """Column of its flow [L/s]."""
+    kind: float
+    """As the solver knows it."""
+    ends: tuple[Term, Term]
+    """Junctions, or heads that are given [m]."""
+    resistance: Term
+    """In m/(L/s)^2."""
+    pump: tuple[Term, Term, Term]
+    """Of a pump: a [m], b [m/(L/s)] and speed [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Network:
+    """Pipes, valves and pumps that meet in junctions; flows follow from the heads at the start of a second."""
+
+    name: str
+    junctions: list[str]
+    """Columns of their heads [m]."""
+    branches: list[Branch]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Heads, then flows."""
+        return (*self.junctions, *(each.name for each in self.branches))
+
+    def numbers(self) -> Iterator[tuple[Term | float, ...]]:
+        """Of each branch what the solver takes, in its order."""
+        heads = {held(name): float(i) for i, name in enumerate(self.junctions)}
+        for each in self.branches:
+            at = tuple(heads.get(end, -1.0) for end in each.ends)
+            given = tuple(ZERO if end in heads else end for end in each.ends)
+            yield (each.kind, *at, *given, each.resistance, *each.pump)
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """What it follows from."""
+        return tuple(each for row in self.numbers() for each in row if isinstance(each, Term))
 
 
 @dataclass(frozen=True, slots=True)

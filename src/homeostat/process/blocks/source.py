@@ -10,8 +10,9 @@ from collections.abc import Iterator, Sequence
 from typing import Final, final
 
 from homeostat.process.blocks.control import conclude, control
+from homeostat.process.blocks.hydraulics.solver import ENOUGH
 from homeostat.process.blocks.layout import Layout
-from homeostat.process.blocks.parts import Actuator, Delay, Disturbance, Hold, Lag, Sensor, State
+from homeostat.process.blocks.parts import Actuator, Delay, Disturbance, Hold, Lag, Network, Sensor, State
 from homeostat.process.blocks.term import TIME, ZERO, Leaf, Term, leaves, maximum
 from homeostat.process.blocks.writing import MEMBER, SECOND, Scope, function
 
@@ -178,8 +179,11 @@ class _Source:
             if sd is not None:
                 scope.say(f"    if {sd} > 0.0:", f"        {noise} = ({now} - {mean}) / {sd}")
 
-    def _follow(self, each: Lag | Delay | Hold, scope: Scope) -> None:
+    def _follow(self, each: Lag | Delay | Hold | Network, scope: Scope) -> None:
         """A lag, or a dead time, by a second; what is held through it."""
+        if isinstance(each, Network):
+            self._flow(each, scope)
+            return
         value = scope.name(each.of)
         if isinstance(each, Hold):
             scope.say(f"xm[{self._at[each.name]}] = {value}")
@@ -190,6 +194,17 @@ class _Source:
             return
         first, last = self._at[each.columns[0]], self._at[each.columns[-1]]
         scope.say(f"for j in range({first}, {last}):", "    xm[j] = xm[j + 1]", f"xm[{last}] = {value}")
+
+    def _flow(self, network: Network, scope: Scope) -> None:
+        """Heads and flows of a network, by its solver."""
+        at, n = self._layout.rooms[network.name], len(network.branches)
+        rows = [each for row in network.numbers() for each in row]
+        numbers = [scope.name(each) if isinstance(each, Term) else repr(each) for each in rows]
+        scope.say(*(f"work[{at + i}] = {number}" for i, number in enumerate(numbers)))
+        scope.say(f"if not solve_network(work, {at}, {len(network.junctions)}, {n}) <= {ENOUGH!r}:")
+        scope.say("    broken_at[m] = t + 1.0", "    break")
+        found = at + len(numbers)
+        scope.say(*(f"xm[{self._at[name]}] = work[{found + i}]" for i, name in enumerate(network.columns)))
 
     def _integrate(self, given: Sequence[str], scope: Scope) -> None:
         """Runge-Kutta 4 over a second with everything held that is no state."""
