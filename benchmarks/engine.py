@@ -23,11 +23,11 @@ from pathlib import Path
 
 import numpy as np
 
-from homeostat.plants.cstr.kernel import holdup, slopes
-from homeostat.plants.cstr.layout import P, S
+from benchmarks.plants.by_hand.kernel import holdup, slopes
+from benchmarks.plants.by_hand.layout import P as BY_HAND
 from homeostat.process.batch import simulate
 from homeostat.process.compiled import machine_code
-from tests.plants.cstr.reactor import MODEL, batch, inputs, parameters, run
+from tests.plants.cstr.reactor import MODEL, S, batch, inputs, parameters, run
 from tests.reference import make_cstr_reference as own
 from tests.reference import test_cstr_published as published
 
@@ -53,7 +53,7 @@ def speed(members: int, seconds: int, repeat: int) -> Iterator[tuple[str, str]]:
     """Throughput of a crowd, and one rollout."""
     for noise in (0.0, 1.0):
         crowd = replace(
-            batch(seconds, members=members, stride=60, process=noise, sensor=noise), record=(S.V, S.T, S.V2_pos)
+            batch(seconds, members=members, stride=60, process=noise, sensor=noise), record=(S.V, S.T, S.V2_position)
         )
         took = best_s(partial(simulate, MODEL.kernel, crowd), repeat)
         name = f"{members} members x {seconds} s, {'with' if noise else 'without'} noise"
@@ -124,8 +124,8 @@ def adaptive(seconds: int) -> Iterator[tuple[str, str]]:
 
     def derivative(_: float, y: np.ndarray, row: np.ndarray) -> list[float]:
         out = row[S.F2_true] + row[S.leak] + row[S.overflow]
-        cooling = row[S.UA] * row[S.V2_pos]
-        held = p[P.CA_feed], p[P.CD_feed], row[S.T2_true], cooling, row[S.T3_true]
+        cooling = row[S.UA] * row[S.V2_position]
+        held = p[BY_HAND.CA_feed], p[BY_HAND.CD_feed], row[S.T2_true], cooling, row[S.T3_true]
         v, ca, cb, cc, cd, temp = y.tolist()
         hold = holdup(v, row[S.F1_true], out, p)
         return [row[S.F1_true] - out, *machine_code(slopes)(hold, ca, cb, cc, cd, temp, held, p)]

@@ -22,14 +22,13 @@ from functools import cache
 import numpy as np
 
 from benchmarks.recorded_calls import Setpoints
-from homeostat.plants.cstr.kernel import NORMAL, SHUTDOWN, advance_phase, shares, step
-from homeostat.plants.cstr.layout import P, S, U
-from homeostat.process.compiled import machine_code
+from homeostat.plants.cstr.process import NORMAL
 from homeostat.process.types import Vec
-from tests.plants.cstr.reactor import FAULTS, MODEL, PUBLISHED, SEVERITY, inputs, parameters
+from tests.plants.cstr.reactor import FAULTS, MODEL, PUBLISHED, SEVERITY, P, S, U, inputs, parameters
 
 END_S = 8000
 """End of every published run and rollout [s]."""
+_FIRST, _NONE = np.zeros(1, dtype=np.int64), np.zeros(1)
 DESIGN = Setpoints(310.0, 10.0, 2.0 / 60.0)
 """Setpoints at the start of every run."""
 TAGS = ("T1", "L1", "overflow", "V1.pos", "P1.pos", "V2.pos")
@@ -71,7 +70,6 @@ class PublishedReactor:
         self.time_s = 0
         self.draws = 0
         self._parameters = parameters(**PUBLISHED)
-        self._shares = shares(self._parameters, 1.0)
         self._state = MODEL.initial_state(self._parameters)
         self._inputs = _inputs(DESIGN)
         self._severity, self._onset = np.zeros(len(FAULTS)), np.full(len(FAULTS), np.inf)
@@ -100,21 +98,23 @@ class PublishedReactor:
     def _second(self) -> tuple[float, ...]:
         """One second with the published noise; the row at its end."""
         x, p, u, z, k = self._state, self._parameters, self._inputs, stream(), self.draws
-        advance_phase(x, p, u, self.time_s)
         x[S.T1] = measured = x[S.T] + p[P.sd_T1] * z[k]
         k += 1
         setpoint = u[U.F1_sp]
-        if x[S.phase] != SHUTDOWN:
+        if self.time_s < p[P.t_shutdown]:
             # The loop sees setpoint - reading; the feed-forward reads F1. So the noise goes into the setpoint.
             u[U.F1_sp] = setpoint - p[P.rel_F1] * z[k] * x[S.F1]
             k += 1
-        x[S.feed_CA], x[S.feed_CD], x[S.feed_T] = z[k : k + 3]
-        machine_code(step)(x, p, self._severity, self._onset, u, float(self.time_s), 0, 0.0, 0.0, self._shares)
+        x[S.CA_feed_noise], x[S.CD_feed_noise], x[S.T_feed_noise] = z[k : k + 3]
+        MODEL.kernel(
+            0, 1, x[None], p[None], self._severity[None], self._onset[None], u[None, None], _FIRST, float(self.time_s),
+            _FIRST, 1, 1, _FIRST, _NONE, _NONE, _FIRST[:0], np.zeros((1, 1, 0)), np.full(1, np.nan),
+        )  # fmt: skip
         u[U.F1_sp] = setpoint
         self.time_s += 1
         self.draws = k + 3
         return (
-            measured, x[S.V], x[S.overflow], x[S.V1_pos], x[S.P1_pos], x[S.V2_pos], x[S.T],
+            measured, x[S.V], x[S.overflow], x[S.V1_position], x[S.P1_position], x[S.V2_position], x[S.T],
             float(x[S.phase] == NORMAL),
         )  # fmt: skip
 

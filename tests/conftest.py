@@ -15,8 +15,9 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 import homeostat  # noqa: F401  # before numpy is loaded: one thread for its sums, as on the command line
-from homeostat.plants.cstr.kernel import advance as reactor
 from homeostat.plants.mixing_module.kernel import advance as module
+from homeostat.plants.plant import load_plant
+from homeostat.process.kernel import CompiledKernel
 
 # A busy host draws and computes slowly, which says nothing about the code: time is no property of an example.
 settings.register_profile("tests", deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
@@ -34,6 +35,8 @@ def pytest_configure(config: pytest.Config) -> None:
     if config.getoption("--hypothesis-seed") is None:
         config.option.hypothesis_seed = str(random.SystemRandom().randrange(2**32))
     if "PYTEST_XDIST_WORKER" not in os.environ and not config.option.collectonly:
+        reactor = load_plant("cstr", learned=False).model.kernel
+        assert isinstance(reactor, CompiledKernel)
         for kernel in (reactor, module):  # no test is the first to simulate, and says that it compiles
             kernel.load()
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from homeostat.plants.cstr.kernel import advance as reactor
-from homeostat.plants.mixing_module.kernel import advance as module
+from homeostat.plants.files.places import shipped_names
+from homeostat.plants.plant import load_plant
+from homeostat.process.kernel import CompiledKernel
 
-for kernel in (reactor, module):
+for plant in shipped_names():
+    kernel = load_plant(plant, learned=False).model.kernel
+    assert isinstance(kernel, CompiledKernel)
     kernel.load()

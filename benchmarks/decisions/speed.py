@@ -19,10 +19,9 @@ from homeostat.evaluate.scenario import Fault, departing, scenario_of
 from homeostat.journal.memory import MemoryTrace
 from homeostat.links.clock import ThinkingClock
 from homeostat.plants.assembly import Workbench, in_operation
-from homeostat.plants.cstr.layout import S
 from homeostat.plants.plant import Plant
 from homeostat.process.batch import simulate, use_threads
-from tests.plants.cstr.reactor import MODEL, batch
+from tests.plants.cstr.reactor import MODEL, S, batch
 
 ROLLOUTS, HORIZON_S = 1000, 1500
 """Rollouts in one call of the engine, and how far each goes [s]."""
@@ -87,7 +86,9 @@ def measure_thought(plant: Plant, cause: Cause, seed: int, mismatch: str, book: 
 def rollouts_s(repeat: int = 3) -> float:
     """Shortest wall-clock time of :data:`ROLLOUTS` rollouts with noise over :data:`HORIZON_S`, on two threads [s]."""
     use_threads(2)
-    crowd = replace(batch(HORIZON_S, members=ROLLOUTS, stride=60, process=1.0, sensor=1.0), record=(S.V, S.T, S.V2_pos))
+    crowd = replace(
+        batch(HORIZON_S, members=ROLLOUTS, stride=60, process=1.0, sensor=1.0), record=(S.V, S.T, S.V2_position)
+    )
     try:
         return best_s(partial(simulate, MODEL.kernel, crowd), repeat)
     finally:

@@ -16,11 +16,29 @@ NAME = "site"
 MODEL = '''"""The reactor of a site: the equations of the one that ships, under a name of its own."""
 
 import math
+from collections import namedtuple
 
 import numpy as np
 
-from homeostat.plants.cstr.layout import F, P, S, U
-from homeostat.plants.cstr.process import CstrModel
+from homeostat.plants.cstr.process import REACTOR
+from homeostat.plants.plant import load_plant
+from homeostat.process.blocks.composed import ComposedModel
+
+PLANT = load_plant("cstr", learned=False)
+S, P, U, F = (
+    namedtuple(kind, names)(*range(len(names)))
+    for kind, names in zip("SPUF", (PLANT.model.states, PLANT.model.parameters, PLANT.model.inputs, PLANT.model.faults))
+)
+
+
+class CstrModel(ComposedModel):
+    """The reactor that ships; a kernel of the class counts."""
+
+    kernel = PLANT.model.kernel
+
+    def __init__(self):
+        super().__init__(REACTOR, {p.symbol: p.value for p in PLANT.description.parameters}, PLANT.model.faults)
+        del self.kernel
 
 
 class EachSecond:
@@ -70,7 +88,7 @@ def make(where: Path) -> Path:
     folder = where / NAME
     ignored = shutil.ignore_patterns("__pycache__", "true", "*.py", BASELINES)
     shutil.copytree(INSTALLED / "cstr", folder, ignore=ignored)
-    own = "homeostat.plants.cstr.process:CstrModel", "process:SiteModel"
+    own = "homeostat.plants.cstr.process:REACTOR", "process:SiteModel"
     change(folder, [Edit(SETTINGS, *own), Edit(SETTINGS, "end_s = 6000.0", "end_s = 4000.0")])
     (folder / "process.py").write_text(MODEL, encoding="utf-8")
     (folder / "plant.ttl").write_bytes(build(folder))

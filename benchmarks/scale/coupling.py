@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from homeostat.plants.cstr.layout import P as REACTOR
-from homeostat.plants.cstr.layout import S as REACTOR_STATE
 from homeostat.plants.mixing_module.layout import P as MIXER
 from homeostat.plants.mixing_module.layout import S as MIXER_STATE
 from homeostat.process.types import Table, Vec
+from tests.plants.cstr.reactor import P as REACTOR
+from tests.plants.cstr.reactor import S as REACTOR_STATE
 
 
 def heat(kind: str, states: Table, parameters: Table) -> Vec:
@@ -16,7 +16,7 @@ def heat(kind: str, states: Table, parameters: Table) -> Vec:
     if kind != "cstr":
         return np.zeros(len(states))
     warmer = states[:, REACTOR_STATE.T] - parameters[:, REACTOR.T_coolant]
-    return np.asarray(states[:, REACTOR_STATE.UA] * states[:, REACTOR_STATE.V2_pos] * warmer)
+    return np.asarray(states[:, REACTOR_STATE.UA] * states[:, REACTOR_STATE.V2_position] * warmer)
 
 
 def draw(kind: str, states: Table) -> Vec:

@@ -16,9 +16,9 @@ from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.plants.assembly import new_sequencer
-from homeostat.plants.cstr.layout import P, S
 from homeostat.plants.mixing_module.layout import P as MIXER
 from homeostat.plants.plant import Plant, load_plant
+from tests.plants.cstr.reactor import P, S
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +117,7 @@ def test_what_others_draw_slows_a_filling_down(cases: dict[str, Plant]) -> None:
 def test_loads_are_those_of_the_states(cases: dict[str, Plant]) -> None:
     model = cases["cstr"].model
     states, parameters = np.zeros((1, len(S))), np.zeros((1, len(model.parameters)))
-    states[0, [S.UA, S.V2_pos, S.T, S.F1_true]] = 500.0, 0.5, 310.0, 1 / 30
+    states[0, [S.UA, S.V2_position, S.T, S.F1_true]] = 500.0, 0.5, 310.0, 1 / 30
     parameters[0, P.T_coolant] = 290.0
     assert heat("cstr", states, parameters) == [5000.0] and draw("cstr", states) == [1 / 30]
     assert heat("mixing_module", states, parameters) == [0.0]

@@ -15,14 +15,14 @@ from homeostat.knowledge.checks.conformance import check_shapes
 from homeostat.knowledge.checks.consistency import ModelInterface, inconsistencies, refuse_inconsistent
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import Code, GraphError
-from homeostat.plants.cstr.process import CstrModel
+from homeostat.plants.plant import load_plant
 from homeostat.stl.formula import parse
 from tests.knowledge.mistakes import BROKEN, Change, nothing
 from tests.knowledge.tables import SYSTEM, TABLES, Workbench, reactor, store_of
 
 
 def _model() -> ModelInterface:
-    model = CstrModel()
+    model = load_plant("cstr", learned=False).model
     readings = model.readings(np.zeros(len(model.states)), np.zeros(len(model.inputs)))
     return ModelInterface(
         parameters=frozenset(model.parameters),

@@ -11,11 +11,7 @@ from homeostat.plants.truth import find_mismatch, mismatches, true_model
 from homeostat.process.model import ProcessModel
 
 GOOD = '[other]\ndescription = "Half as much again"\nspread = 1.5\n'
-TRUE = """from homeostat.plants.cstr.true.plant import TrueCstr
-class Own(TrueCstr):
-    pass
-TRUE = Own()
-"""
+TRUE = "from homeostat.plants.cstr.true.plant import TRUE\n"
 numbers = itertools.count()
 
 
@@ -24,7 +20,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A package of its own with a model and a true plant; no file of mismatches yet."""
     package = tmp_path / f"own_plant_{next(numbers)}"
     (package / "true").mkdir(parents=True)
-    own = "from homeostat.plants.cstr.process import CstrModel\nclass Own(CstrModel):\n    pass\n"
+    own = (
+        "from homeostat.plants.cstr.process import REACTOR\n"
+        "from homeostat.process.blocks.composed import ComposedModel\n"
+        "def Own(): return ComposedModel(REACTOR, {}, (), __name__)\n"
+    )
     (package / "process.py").write_text(own, "utf-8")
     (package / "true" / "plant.py").write_text(TRUE, "utf-8")
     monkeypatch.syspath_prepend(tmp_path)

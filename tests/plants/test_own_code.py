@@ -20,6 +20,7 @@ from homeostat.plants.files.folder import SIGNATURE, read_files
 from homeostat.plants.files.signature import sign
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.plants.truth import mismatches, true_model
+from homeostat.process.model import written_in
 from tests.plants.copies import Copy
 
 MARK = "import pathlib\npathlib.Path({file!r}).write_text('ran')\n"
@@ -34,7 +35,7 @@ def own(where: Path, name: str = "boiler") -> Copy:
         text = module.read_text("utf-8").replace("homeostat.plants.cstr.true.", ".")
         module.write_text(re.sub(r"homeostat\.plants\.cstr(?=[. ])\.?", up, text), "utf-8")
     copied = Copy(folder)
-    copied.replace("case.toml", "homeostat.plants.cstr.process:CstrModel", "process:CstrModel")
+    copied.replace("case.toml", "homeostat.plants.cstr.process:REACTOR", "process:REACTOR")
     return copied
 
 
@@ -59,10 +60,10 @@ def marked(plant: Copy, module: str = "process.py") -> Path:
 
 def test_it_runs_as_the_shipped_plant_does(boiler: Copy) -> None:
     theirs, ours = loaded(boiler), load_plant("cstr")
-    assert type(theirs.model).__module__.startswith("_homeostat_plant_")
-    assert type(theirs.model) is not type(ours.model)
-    truth = true_model(theirs.model)
-    assert truth is not None and type(truth).__module__.startswith("_homeostat_plant_")
+    assert written_in(theirs.model).startswith("_homeostat_plant_")
+    assert written_in(theirs.model) != written_in(ours.model)
+    assert true_model(theirs.model) is not None
+    assert f"{written_in(theirs.model).rpartition('.')[0]}.true.plant" in sys.modules
     found = []
     for plant in (theirs, ours):
         chosen = departing(plant, scenario(plant, "temp_bias", 3, end_s=700.0, onset_s=500.0), mismatch="plant")
@@ -73,9 +74,9 @@ def test_it_runs_as_the_shipped_plant_does(boiler: Copy) -> None:
 
 def test_two_plants_with_modules_of_the_same_names_do_not_meet(tmp_path: Path) -> None:
     first, second = own(tmp_path / "a"), own(tmp_path / "b")
-    second.replace("process.py", "class CstrModel", "OTHER = True\n\n\nclass CstrModel")
+    second.replace("process.py", "class Assumed", "OTHER = True\n\n\nclass Assumed")
     models = [loaded(plant).model for plant in (first, second)]
-    known = [vars(sys.modules[type(model).__module__]) for model in models]
+    known = [vars(sys.modules[written_in(model)]) for model in models]
     assert ["OTHER" in names for names in known] == [False, True]
     assert not {"process", "kernel", "layout", "boiler"} & sys.modules.keys()
 
@@ -102,16 +103,16 @@ def test_a_module_does_not_hide_the_true_plant(boiler: Copy) -> None:
 
 def test_what_changed_is_run_anew_and_what_did_not_is_not(boiler: Copy) -> None:
     first, again = loaded(boiler).model, loaded(boiler).model
-    assert type(first) is type(again)
-    boiler.replace("layout.py", '"""', '"""Changed. ')
-    assert type(loaded(boiler).model) is not type(first)
+    assert written_in(first) == written_in(again)
+    boiler.replace("process.py", '"""', '"""Changed. ')
+    assert written_in(loaded(boiler).model) != written_in(first)
 
 
 def test_what_runs_is_what_was_read(boiler: Copy) -> None:
     """Not what somebody put there between the digest and the import."""
     files = read_files(boiler.folder)
     (boiler.folder / "process.py").write_text("raise SystemExit('altered')\n", "utf-8")
-    assert hasattr(import_own(files, "process"), "CstrModel")
+    assert hasattr(import_own(files, "process"), "REACTOR")
 
 
 @pytest.mark.parametrize(
@@ -166,10 +167,10 @@ def test_who_signed_it_is_said(boiler: Copy, tmp_path: Path, caplog: pytest.LogC
         ("\nraise ValueError('two\\nlines')\n", "process.py, line 2: ValueError: two lines"),
         ("from .layot import STATES\n", "process.py, line 1: ModuleNotFoundError"),
         ("from . import secret\n", "process.py, line 1: ImportError"),
-        ("class CstrModel:\n    def initial_state(self): ...\n    def __init__(self): 1 / 0\n", "ZeroDivisionError"),
-        ("x = 1\n", "defines no process model 'CstrModel'"),
+        ("class REACTOR:\n    def initial_state(self): ...\n    def __init__(self): 1 / 0\n", "ZeroDivisionError"),
+        ("x = 1\n", "defines no process model 'REACTOR'"),
         ("raise SystemExit(0)\n", "process.py, line 1: SystemExit: 0"),
-        ("class CstrModel:\n    def initial_state(self): ...\n", "a process model has states, parameters"),
+        ("class REACTOR:\n    def initial_state(self): ...\n", "a process model has states, parameters"),
     ],
 )
 def test_code_that_cannot_be_run_is_one_line(boiler: Copy, text: str, words: str) -> None:
@@ -181,14 +182,14 @@ def test_code_that_cannot_be_run_is_one_line(boiler: Copy, text: str, words: str
     assert words in str(caught.value) and "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("model", ["true.plant:TRUE", "os:system", "proces:CstrModel", "__init__:x"])
+@pytest.mark.parametrize("model", ["true.plant:TRUE", "os:system", "proces:REACTOR", "__init__:x"])
 def test_only_modules_of_the_folder_itself_have_models(boiler: Copy, model: str) -> None:
-    boiler.replace("case.toml", "process:CstrModel", model)
+    boiler.replace("case.toml", "process:REACTOR", model)
     with pytest.raises(PlantError, match="neither the folder nor a shipped plant provides the module"):
         loaded(boiler)
 
 
-@pytest.mark.parametrize("name", ["process.py", "true/kernel.py", "true/mismatches.toml", "engineering/limits.csv"])
+@pytest.mark.parametrize("name", ["process.py", "true/plant.py", "true/mismatches.toml", "engineering/limits.csv"])
 def test_every_file_that_decides_what_runs_is_in_the_digest(boiler: Copy, name: str) -> None:
     before = loaded(boiler).configuration
     (boiler.folder / name).write_text(boiler.text(name) + "\n", "utf-8")
@@ -205,4 +206,4 @@ def test_a_link_is_refused(boiler: Copy, tmp_path: Path, name: str) -> None:
 
 
 def test_modules_of_the_folder(boiler: Copy) -> None:
-    assert set(modules(read_files(boiler.folder))) == {"process", "kernel", "layout"}
+    assert set(modules(read_files(boiler.folder))) == {"process"}

@@ -191,14 +191,14 @@ def test_a_setting_that_does_not_fit_the_plant(reactor: Copy, old: str, new: str
     "model",
     [
         "antigravity:geohash", "os:system", "homeostat.process.model:ProcessModel", "homeostat.plants.cstr:process",
-        "homeostat.plants.csrt.process:CstrModel", "homeostat.plants.cstr.process:CstrModell",
+        "homeostat.plants.csrt.process:REACTOR", "homeostat.plants.cstr.process:REACTORS",
         "homeostat.plants.cstr.process:Mapping", "homeostat.plants.cstr.process:advance",
         "homeostat.plants.learning:main", "homeostat.plants.cstr.__init__:x",
     ],
 )  # fmt: skip
 def test_only_what_an_installed_plant_provides_is_imported(reactor: Copy, model: str) -> None:
     before = set(sys.modules)
-    reactor.replace("case.toml", "homeostat.plants.cstr.process:CstrModel", model)
+    reactor.replace("case.toml", "homeostat.plants.cstr.process:REACTOR", model)
     with pytest.raises(PlantError, match=r"nor a shipped plant provides|defines no process model") as caught:
         reactor.load()
     assert "\n" not in str(caught.value)

@@ -11,9 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from homeostat.plants.cstr.layout import P, S, U
 from homeostat.process.batch import Batch, BatchRun, ProcessError, simulate
-from tests.plants.cstr.reactor import ALL, FAULTS, MODEL, SEVERITY, batch, inputs, parameters, run
+from tests.plants.cstr.reactor import ALL, FAULTS, MODEL, SEVERITY, P, S, U, batch, inputs, parameters, run
 
 MEMBERS, STEPS, START_S = 60, 400, 2000.0
 PER_MEMBER = ("state", "parameters", "severity", "onset_s", "input_of", "seeds", "process_noise", "sensor_noise")
@@ -175,7 +174,7 @@ def test_two_schedules_with_one_seed_see_the_same_disturbances_and_sensor_noise(
     a = run(batch(300, process=1.0, sensor=1.0))
     b = run(batch(300, process=1.0, sensor=1.0, u=inputs(T1_sp=300.0, F1_sp=0.02)))
     assert not same(a.of("T"), b.of("T"))
-    for name in ("feed_CA", "feed_CD", "feed_T", "T2_true"):
+    for name in ("CA_feed_noise", "CD_feed_noise", "T_feed_noise", "T2_true"):
         assert same(a.of(name), b.of(name)), name
     noise = [r.of("T1") - r.of("T1_ideal") for r in (a, b)]
     assert noise[0].std() > 0.4 and noise[0] == pytest.approx(noise[1], abs=1e-12)
@@ -183,7 +182,7 @@ def test_two_schedules_with_one_seed_see_the_same_disturbances_and_sensor_noise(
 
 def test_two_seeds_see_different_ones() -> None:
     result = run(batch(300, members=2, process=1.0, sensor=1.0))
-    for name in ("feed_CA", "feed_CD", "feed_T", "T1", "T2", "T3", "V1_zt"):
+    for name in ("CA_feed_noise", "CD_feed_noise", "T_feed_noise", "T1", "T2", "T3", "V1_zt"):
         assert not same(result.of(name, 0), result.of(name, 1)), name
 
 
@@ -249,20 +248,20 @@ def test_the_start_must_be_a_time() -> None:
     assert "start_s is nan" in broken(start_s=math.nan)
 
 
-@pytest.mark.parametrize("volume", [-1.0, -0.01, -1e-9, 1e7])
+@pytest.mark.parametrize("volume", [-1.0, -0.01, -1e-9, 1e13])
 def test_a_volume_that_cannot_be_is_found_at_the_start(volume: float) -> None:
     message = broken(state=poisoned(batch(1, members=3).state, 2, S.V, volume))
     assert message.startswith("member 2 left the physical world at t = 120 s (volume < 0 or not finite)"), message
     assert f"V = {volume:.6g}" in message
 
 
-@pytest.mark.parametrize("temperature", [0.0, -5.0, 1e7])
+@pytest.mark.parametrize("temperature", [0.0, -5.0, 1e13])
 def test_a_temperature_that_cannot_be_is_found_at_the_start(temperature: float) -> None:
     message = broken(state=poisoned(batch(1, members=3).state, 0, S.T, temperature))
     assert message.startswith("member 0 left the physical world at t = 120 s"), message
 
 
-@pytest.mark.parametrize("setpoint", ["F1_sp", "T1_sp", "XV1_cmd"])
+@pytest.mark.parametrize("setpoint", ["F1_sp", "T1_sp"])
 def test_a_setpoint_without_a_value_is_found_in_the_first_second(setpoint: str) -> None:
     """NaN means automatic in a manual output; in a setpoint it must not pass unseen."""
     assert "member 0 left the physical world at t = 121 s" in broken(
@@ -284,10 +283,12 @@ def test_a_parameter_that_is_not_a_number_never_passes_the_kernel(name: str) -> 
     assert np.isfinite(out[[0, 2]]).all()
 
 
-def test_a_vessel_that_leaks_more_than_it_holds_is_found_when_it_happens() -> None:
-    leaking = batch(50, members=3, x=run(batch(1500)).state[0], start_s=120.0, faults={"leak": (1.5, 130.0)})
-    with pytest.raises(ProcessError, match=r"member 0 left the physical world at t = 131 s .*V = -"):
-        run(leaking)
+def test_a_vessel_that_leaks_faster_than_it_can_is_empty_and_loses_no_more_than_it_held() -> None:
+    held = run(batch(1500)).state[0]
+    leaking = run(batch(50, x=held, start_s=120.0, faults={"leak": (1.5, 130.0)}))
+    assert 0.0 <= leaking.of("V")[-1] < 0.1
+    gone = leaking.of("leak").sum() + leaking.of("F2_true").sum()
+    assert gone + leaking.of("V")[-1] == pytest.approx(held[S.V] + leaking.of("F1_true").sum(), abs=1e-9)
 
 
 def test_the_message_names_the_columns_that_are_not_finite() -> None:

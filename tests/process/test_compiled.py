@@ -16,9 +16,9 @@ ROOT = Path(__file__).parents[2]
 FAULTS = {"fouling": (0.6, 100.0), "leak": (0.003, 110.0), "temp_bias": (2.0, 120.0), "pump_degrade": (0.5, 130.0)}
 INTERPRETED = f"""
 import json
-from homeostat.plants.cstr.kernel import integrate
+from homeostat.process.equipment import approach
 from tests.plants.cstr.reactor import batch, run
-assert not hasattr(integrate, "py_func"), "this is to be plain Python"
+assert not hasattr(approach, "py_func"), "this is to be plain Python"
 result = run(batch(450, faults={FAULTS!r}, process=1.0, sensor=1.0))
 print(json.dumps(result.record[0].tolist()))
 """

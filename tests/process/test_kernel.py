@@ -11,12 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from homeostat.plants.cstr.kernel import advance
-from homeostat.plants.cstr.layout import F, P, S, U
 from homeostat.process.batch import simulate
 from homeostat.process.kernel import Columns, kernel
 from homeostat.process.machine_code import read
-from tests.plants.cstr.reactor import batch
+from tests.plants.cstr.reactor import MODEL, F, P, S, U, batch
 
 ROOT = Path(__file__).parents[2]
 TANK = """
@@ -148,7 +146,7 @@ def test_an_array_that_machine_code_would_misread_is_refused(wrong: str) -> None
     sev, whole, real = np.zeros((2, len(F))), np.zeros(2, dtype=np.int64), np.zeros(2)
     given = (x, p, sev, sev, u, whole, 0.0, whole, 1, 1, whole, real, real, whole, np.zeros((2, 1, 2)), real)
     with pytest.raises(TypeError):
-        advance(0, 2, *given)
+        MODEL.kernel(0, 2, *given)
 
 
 TWO = """
@@ -224,7 +222,7 @@ def test_what_only_numba_has_is_refused_when_it_is_compiled(tmp_path: Path, more
 def test_arrays_that_were_sent_to_another_process_are_taken() -> None:
     """What is unpickled has a type of numbers of its own, equal to everybody's."""
     sent = pickle.loads(pickle.dumps(batch(20)))
-    assert simulate(advance, sent).state.tobytes() == simulate(advance, batch(20)).state.tobytes()
+    assert simulate(MODEL.kernel, sent).state.tobytes() == simulate(MODEL.kernel, batch(20)).state.tobytes()
 
 
 @pytest.mark.parametrize("wrong", ["seeds", "x", "out", "members"])
@@ -236,7 +234,7 @@ def test_arrays_of_another_shape_are_refused(wrong: str) -> None:
     sev, p, u = np.zeros((2, len(F))), np.zeros((2, len(P))), np.zeros((1, 4, len(U)))
     given = (state, p, sev, sev, u, whole, 0.0, whole, 1, 1, seeds, real, real, whole, out, real)
     with pytest.raises(ValueError):
-        advance(0, 3 if wrong == "members" else 2, *given)
+        MODEL.kernel(0, 3 if wrong == "members" else 2, *given)
 
 
 def test_machine_code_that_others_could_have_written_is_not_loaded(compiled: Path) -> None:

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from homeostat.plants.cstr.layout import P, S
 from homeostat.process.batch import Batch, BatchResult, ProcessError, simulate
 from homeostat.process.moves import Move, MoveKind, Moves, moved_inputs
 from tests.plants.cstr import reactor
+from tests.plants.cstr.reactor import P, S
 
 START_S, STEPS = 1500.0, 60
 

@@ -58,13 +58,8 @@ def _makers(module: ModuleType, plant: PlantDescription) -> dict[str, Callable[[
         if inspect.isclass(each) and each.__module__ == module.__name__ and hasattr(each, "initial_state"):
             made[name] = cast(type[ProcessModel], each)
         elif isinstance(each, Flowsheet):
-            made[name] = partial(
-                ComposedModel,
-                each,
-                {p.symbol: p.value for p in plant.parameters},
-                {f.name for f in plant.faults},
-                plant.timing.tick_s,
-            )
+            stated, faults = {p.symbol: p.value for p in plant.parameters}, {f.name for f in plant.faults}
+            made[name] = partial(ComposedModel, each, stated, faults, plant.timing.tick_s, module.__name__)
     return made
 
 

@@ -13,7 +13,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from homeostat.domain.disturbance import Disturbance, DisturbanceError
 from homeostat.plants.error import PlantError
-from homeostat.process.model import ProcessModel
+from homeostat.process.blocks.composed import ComposedModel
+from homeostat.process.blocks.flowsheet import FlowsheetError
+from homeostat.process.blocks.true import TrueFlowsheet
+from homeostat.process.model import ProcessModel, written_in
 from homeostat.process.truth import TrueModel
 from homeostat.process.types import Vec
 from homeostat.stl.spelling import near_matches
@@ -56,7 +59,7 @@ def true_model(model: ProcessModel) -> TrueModel | None:
 
     It stands in the folder ``true`` beside the model's module.
     """
-    own = f"{type(model).__module__.rpartition('.')[0]}.true"
+    own = _true_package(model)
     try:
         module = importlib.import_module(f"{own}.plant")
     except ModuleNotFoundError as missing:
@@ -68,10 +71,22 @@ def true_model(model: ProcessModel) -> TrueModel | None:
     except BaseException as broken:  # it is anybody's code
         text = f"{type(broken).__name__}: {' '.join(str(broken).split()):.300}"
         raise PlantError(f"the true plant in {own} cannot be run: {text}; mend it") from None
-    found: TrueModel | None = getattr(module, "TRUE", None)
+    found: TrueModel | TrueFlowsheet | None = getattr(module, "TRUE", None)
     if found is None:
         raise PlantError(f"the true plant in {own} defines no TRUE; see homeostat.process.truth")
-    return found
+    if not isinstance(found, TrueFlowsheet):
+        return found
+    if not isinstance(model, ComposedModel):
+        raise PlantError(f"the true plant in {own} is a flowsheet and its model is not; make both of one kind")
+    try:
+        return found.behind(model)
+    except FlowsheetError as error:
+        raise PlantError(f"the true plant in {own} cannot be run: {error}; mend it") from None
+
+
+def _true_package(model: ProcessModel) -> str:
+    """Name of the package that has the true plant behind ``model``."""
+    return f"{written_in(model).rpartition('.')[0]}.true"
 
 
 def mismatches(model: ProcessModel) -> Mapping[str, Mismatch]:
@@ -80,7 +95,7 @@ def mismatches(model: ProcessModel) -> Mapping[str, Mismatch]:
     if truth is None:
         return {}
     try:
-        content = tomllib.loads(_beside(type(truth).__module__, MISMATCHES).decode("utf-8"))
+        content = tomllib.loads(_beside(f"{_true_package(model)}.plant", MISMATCHES).decode("utf-8"))
     except OSError as error:
         raise PlantError(f"{str(error.filename)!r} cannot be read: {error.strerror}; put it there") from None
     except ValueError as error:  # no TOML, or no UTF-8

@@ -86,6 +86,11 @@ class ProcessModel(Protocol):
         ...
 
 
+def written_in(model: ProcessModel) -> str:
+    """Name of the module in which ``model`` is written down: that of its class, or of the flowsheet it follows from."""
+    return str(getattr(model, "home", "")) or type(model).__module__
+
+
 def column(names: tuple[str, ...], name: str) -> int:
     """Position of ``name`` among ``names``; KeyError names it where it is missing."""
     try:

@@ -30,7 +30,7 @@ def site(where: Path, body: str) -> Path:
     for module in (*folder.glob("*.py"), *folder.glob("true/*"), folder / "baseline.csv"):
         module.unlink()
     (folder / "process.py").write_text(f"import os, time\n{MODEL}{body}", "utf-8")
-    Copy(folder).replace("case.toml", "homeostat.plants.cstr.process:CstrModel", "process:SiteModel")
+    Copy(folder).replace("case.toml", "homeostat.plants.cstr.process:REACTOR", "process:SiteModel")
     (folder / "plant.ttl").write_bytes(build(folder))
     return folder
 

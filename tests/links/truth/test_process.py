@@ -10,10 +10,9 @@ import pytest
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.recovery import Command
 from homeostat.links.truth.process import PlantConfiguration, TrueProcess
-from homeostat.plants.cstr.layout import P
 from tests.contracts.link import equal
 from tests.plants.cstr import reactor
-from tests.plants.cstr.reactor import MODEL, VARIABLES
+from tests.plants.cstr.reactor import MODEL, VARIABLES, P
 
 
 def process(seed: int = 3, faults: tuple[FaultState, ...] = (), noise: float = 1.0, **changes: float) -> TrueProcess:

@@ -4,23 +4,34 @@ from __future__ import annotations
 
 import csv
 import functools
+from collections import namedtuple
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import homeostat.plants.cstr
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.plants.cstr.layout import FaultSlot, S, StateSlot, U
-from homeostat.plants.cstr.process import CstrModel
 from homeostat.plants.plant import load_plant
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.types import Cube, Table, Vec
 
-MODEL = CstrModel()
+MODEL = load_plant("cstr", learned=False).model
+
+
+def _columns(names: tuple[str, ...]) -> Any:
+    """Where each of ``names`` stands."""
+    return namedtuple("Columns", names)(*range(len(names)))  # type: ignore[misc]
+
+
+S, P, U, F = map(_columns, (MODEL.states, MODEL.parameters, MODEL.inputs, MODEL.faults))
+"""Columns of states, parameters, inputs and faults by their names."""
 TABLES = Path(homeostat.plants.cstr.__file__).parent / "engineering"
-FAULTS = FaultSlot._fields
+FAULTS = MODEL.faults
+PUBLISHED_NAMES = {f"{name}_pos": f"{name}_position" for name in ("V1", "P1", "V2", "XV1")}
+"""What the references call a column -> its name."""
 PUBLISHED = {"published_balance": 1.0, "trim_low": 0.0, "t_shutdown": 7000.0, "tau_feed": 0.0, "sd_L1": 0.0}
 """Parameters under which the reactor is the published one."""
 ALL = tuple(range(len(S)))
@@ -59,7 +70,7 @@ def parameters(**changes: float) -> Vec:
 
 def inputs(**changes: float) -> Vec:
     """Design setpoints with all loops on automatic, but for ``changes``, shape (inputs,)."""
-    row = np.full(len(U), np.nan)
+    row = np.full(len(MODEL.inputs), np.nan)
     row[[U.T1_sp, U.L1_sp, U.F1_sp, U.XV1_cmd]] = 310.0, 10.0, 2.0 / 60.0, 1.0
     for name, value in changes.items():
         row[MODEL.inputs.index(name)] = value
@@ -77,7 +88,7 @@ class Run:
 
     def of(self, name: str, member: int = 0) -> Vec:
         """One state of one member over time, shape (times,)."""
-        return self.record[member, :, StateSlot._fields.index(name)]
+        return self.record[member, :, MODEL.states.index(PUBLISHED_NAMES.get(name, name))]
 
 
 def batch(

@@ -7,9 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from homeostat.plants.cstr.kernel import NORMAL, SHUTDOWN, STARTUP
-from homeostat.plants.cstr.layout import S
-from tests.plants.cstr.reactor import PUBLISHED, Run, batch, inputs, parameters, run
+from homeostat.plants.cstr.process import NORMAL, SHUTDOWN, STARTUP
+from tests.plants.cstr.reactor import PUBLISHED, Run, S, batch, inputs, parameters, run
 
 
 def first(result: Run, phase: float) -> int:

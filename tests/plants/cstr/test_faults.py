@@ -8,8 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from homeostat.plants.cstr.layout import S
-from tests.plants.cstr.reactor import FAULTS, NOMINAL, SEVERITY, Run, batch, inputs, parameters, rows, run
+from tests.plants.cstr.reactor import FAULTS, NOMINAL, SEVERITY, Run, S, batch, inputs, parameters, rows, run
 
 START_S, ONSET_S, STEPS = 2000.0, 2050.0, 400
 STEADY = run(batch(2000)).state[0]

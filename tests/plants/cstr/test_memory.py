@@ -7,10 +7,10 @@ import functools
 import numpy as np
 import pytest
 
-from homeostat.plants.cstr.layout import S
 from homeostat.process.types import Vec
 from homeostat.twin.history import History
 from tests.plants.cstr import reactor
+from tests.plants.cstr.reactor import S
 from tests.twin.followed import reactor as plant
 from tests.twin.followed import readings
 

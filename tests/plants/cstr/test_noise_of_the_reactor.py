@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from homeostat.plants.cstr.layout import S, StateSlot
-from tests.plants.cstr.reactor import NOMINAL, PUBLISHED, Run, batch, inputs, parameters, run
+from tests.plants.cstr.reactor import MODEL, NOMINAL, PUBLISHED, Run, S, batch, inputs, parameters, run
 
 CHANNELS = {
     "T1": ("T1_ideal", "sd_T1", False),
@@ -36,7 +35,7 @@ BIASES = {
     "V2_zt": ("bias_ZT2", "V2_pos", False),
 }
 STEADY = run(batch(2000)).state[0]
-HELD = inputs(V1_man=STEADY[S.V1_pos], P1_man=STEADY[S.P1_pos], V2_man=STEADY[S.V2_pos])
+HELD = inputs(V1_man=STEADY[S.V1_position], P1_man=STEADY[S.P1_position], V2_man=STEADY[S.V2_position])
 """Outputs on manual, so that sensor noise does not move the process."""
 SECONDS = 8000
 
@@ -102,13 +101,13 @@ def test_biases_add_to_the_faults_of_transmitters() -> None:
     assert np.array_equal(result.of("T1"), result.of("T1_ideal"))
 
 
-FEED = {"feed_CA": "sd_CA_feed", "feed_CD": "sd_CD_feed", "feed_T": "sd_T_feed"}
+FEED = {"CA_feed_noise": "sd_CA_feed", "CD_feed_noise": "sd_CD_feed", "T_feed_noise": "sd_T_feed"}
 
 
 def disturbed(tau: float, members: int = 12, seconds: int = 3000) -> np.ndarray:
     """Feed disturbances after they settled, in standard deviations before mixing, shape (3, members, seconds)."""
     result = run(batch(seconds, members=members, process=1.0, x=STEADY, p=parameters(tau_feed=tau)))
-    return result.record[:, 600:, [StateSlot._fields.index(n) for n in FEED]].transpose(2, 0, 1)
+    return result.record[:, 600:, [MODEL.states.index(n) for n in FEED]].transpose(2, 0, 1)
 
 
 def test_the_published_feed_is_white_with_7_kelvin() -> None:
@@ -132,7 +131,7 @@ def test_a_minute_of_mixing_leaves_two_thirds_of_a_kelvin() -> None:
 
 def test_feed_disturbances_reach_temperature_and_concentrations() -> None:
     result = run(batch(600, x=STEADY, process=1.0))
-    np.testing.assert_allclose(result.of("T2_true"), 350.0 + 7.0 * result.of("feed_T"), rtol=1e-14)
+    np.testing.assert_allclose(result.of("T2_true"), 350.0 + 7.0 * result.of("T_feed_noise"), rtol=1e-14)
     for symbol, name in (("sd_T_feed", "T"), ("sd_CA_feed", "CA"), ("sd_CD_feed", "CD")):
         assert result.of(name).std() > 0.0
         still = run(batch(600, x=STEADY, process=1.0, p=parameters(**{symbol: 0.0})))
@@ -141,10 +140,10 @@ def test_feed_disturbances_reach_temperature_and_concentrations() -> None:
 
 def test_a_given_feed_temperature_replaces_the_models_own_and_is_remembered() -> None:
     u = np.tile(inputs(), (200, 1))
-    u[:100] = inputs(T2_in=352.1)
+    u[:100] = inputs(T_feed_in=352.1)
     result = run(batch(200, x=STEADY, u=u))
     assert (result.of("T2_true")[:100] == 352.1).all()
-    assert result.of("feed_T")[99] == pytest.approx(2.1 / 7.0)
+    assert result.of("T_feed_noise")[99] == pytest.approx(2.1 / 7.0)
     after = run(batch(200, x=STEADY, u=u, process=1.0)).of("T2_true")
     a = 1.0 - math.exp(-1.0 / 60.0)
     assert after[100] == pytest.approx(352.1, abs=7.0 * a * 5.0 + 2.1 * a)
@@ -156,7 +155,7 @@ def test_statistics_of_the_published_noise() -> None:
     The level is not among them: the published feed-forward knows the true feed, ours the measured one.
     """
     result = run(batch(7000, members=60, process=1.0, sensor=1.0, p=parameters(**PUBLISHED)))
-    t1, cooling, f1 = (result.record[:, 1500:, i] for i in (S.T1, S.V2_pos, S.F1_true))
+    t1, cooling, f1 = (result.record[:, 1500:, i] for i in (S.T1, S.V2_position, S.F1_true))
     assert t1.mean() == pytest.approx(310.0006, abs=0.01) and t1.std() == pytest.approx(0.5212, rel=0.01)
     # The mean feed temperature of the sample alone, 7 K / sqrt(330000), moves the mean by 0.00017.
     assert cooling.mean() == pytest.approx(0.50749, abs=6e-4) and cooling.std() == pytest.approx(0.00463, rel=0.08)

@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from homeostat.plants.cstr.layout import P, S, U
-from homeostat.plants.cstr.process import CstrModel
+from homeostat.process.model import ProcessModel
 from homeostat.process.types import Vec
 from tests.contracts.process_model import ProcessModelContract
 from tests.plants.cstr import reactor
+from tests.plants.cstr.reactor import S, U
 
 
 class TestReactor(ProcessModelContract):
     @pytest.fixture
-    def model(self) -> CstrModel:
-        return CstrModel()
+    def model(self) -> ProcessModel:
+        return reactor.MODEL
 
     @pytest.fixture
     def parameters(self) -> Vec:
@@ -38,7 +38,7 @@ class TestReactor(ProcessModelContract):
 
 def test_layout_and_tables_have_the_same_names() -> None:
     """The one place where positions are known, and the one place where meanings and values are."""
-    assert set(reactor.NOMINAL) == set(P._fields)
+    assert set(reactor.NOMINAL) == set(reactor.MODEL.parameters)
     assert {r["id"] for r in reactor.rows("faults")} == set(reactor.FAULTS)
     read = reactor.MODEL.readings(reactor.MODEL.initial_state(reactor.parameters()), reactor.inputs())
     assert set(reactor.VARIABLES.values()) <= set(read)
@@ -81,13 +81,15 @@ def test_the_measured_temperatures_are_replayed() -> None:
     read = {n: np.array([reactor.MODEL.readings(row, b.inputs[0, 0])[n] for row in result.record[0]])
             for n in ("V1_cmd", "P1_cmd", "V2_cmd", "T2", "T3")}  # fmt: skip
     replay = reactor.MODEL.replay_inputs(read, b.inputs[0])
-    assert np.array_equal(replay[:, U.T2_in], result.of("T2")) and np.array_equal(replay[:, U.T3_in], result.of("T3"))
+    assert np.array_equal(replay[:, U.T_feed_in], result.of("T2")) and np.array_equal(
+        replay[:, U.T_coolant_in], result.of("T3")
+    )
     again = reactor.run(replace(b, inputs=replay[None], parameters=reactor.parameters(bias_T2=0.3, bias_T3=-0.2)[None]))
     for name in ("T2_true", "T3_true"):
         np.testing.assert_allclose(again.of(name), result.of(name), atol=1e-12)
 
 
-KEPT = {"product", "V1_travel", "P1_travel", "V2_travel", "phase"}
+KEPT = {"product", "V1_travel", "P1_travel", "V2_travel", "XV1_travel", "phase"}
 """Counters, on which nothing acts; and the phase, which acts as NORMAL where it is none of the three."""
 
 
@@ -95,7 +97,7 @@ KEPT = {"product", "V1_travel", "P1_travel", "V2_travel", "phase"}
 def test_a_state_that_is_not_a_number_is_reported_or_gone_in_a_second(name: str) -> None:
     """Behind the engine's check at the door, which refuses every state that is not finite."""
     b = reactor.batch(20, x=reactor.run(reactor.batch(1500)).state[0], start_s=1500.0)
-    b.state[0, S._fields.index(name)] = np.nan
+    b.state[0, reactor.MODEL.states.index(name)] = np.nan
     broken, out = np.full(1, np.nan), np.zeros((1, 20, len(S)))
     reactor.MODEL.kernel(
         0, 1, b.state, b.parameters, b.severity, b.onset_s, b.inputs, b.input_of, b.start_s,

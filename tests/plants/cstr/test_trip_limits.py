@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from homeostat.plants.cstr.layout import S
-from tests.plants.cstr.reactor import MODEL, TABLES, VARIABLES, Run, batch, inputs, parameters, run
+from tests.plants.cstr.reactor import MODEL, TABLES, VARIABLES, Run, S, batch, inputs, parameters, run
 from tests.plants.watching import Readings, described, mistaken, trips_after, worst_sum
 
 PLANT = described(TABLES.parent)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import homeostat.plants.mixing_module
-from homeostat.plants.mixing_module.hydraulics import solve
+from homeostat.plants.mixing_module.hydraulics import ROOM, solve
 from homeostat.plants.mixing_module.layout import FaultSlot, P, S, StateSlot
 from homeostat.plants.mixing_module.process import MixingModel
 from homeostat.process.batch import Batch, simulate
@@ -166,5 +166,5 @@ def network(
         leak_main, leak_common, *n,
     ])  # fmt: skip
     flows = np.full(9, float(guess))
-    left = machine_code(solve)(x, p, line, flows, np.zeros(40))
+    left = machine_code(solve)(x, p, line, flows, np.zeros(ROOM))
     return Network(flows, (float(x[S.head_suction]), float(x[S.head_main]), float(x[S.head_discharge])), left)

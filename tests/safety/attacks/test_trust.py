@@ -100,7 +100,7 @@ SETTINGS = {
     "sure": ("sure = 0.95", "sure = 7.0"),
     "design_rate": ("design_rate = 0.0333333333333333", "design_rate = -1.0"),
     "replay_s": ("replay_s = 640", "replay_s = inf"),
-    "model": ("homeostat.plants.cstr.process:CstrModel", "os:getcwd"),
+    "model": ("homeostat.plants.cstr.process:REACTOR", "os:getcwd"),
 }
 """Setting -> text, an absurd one."""
 

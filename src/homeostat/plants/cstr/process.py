@@ -1,170 +1,136 @@
-"""The reactor as a :class:`~homeostat.process.model.ProcessModel`."""
+"""The reactor: a stirred vessel with jacket, three loops and nine faults, put together from blocks.
 
-from collections.abc import Mapping
+A + D -> B with k1 CA CD and A -> C with k2 CA [mol/(L s)]; ``homeostat.process.blocks.vessel`` has the balances. Flows
+are those of the positions and the volume at the start of a second. Nothing is divided by less than 0.1 L (feed, jacket)
+or 1 L (loss to the ambient), as in the published model. With ``published_balance`` = 1 the species follow the published
+form (F1/V) C_feed - (Fo/V) C + r, which does not conserve matter while V changes.
 
-import numpy as np
-from numpy.typing import NDArray
+Hand check: F1 = 1/30 L/s, UA u = 500 * 0.5076 W/K gives T = (4180 F1 350 + 290 UAu + 50 300)/(4180 F1 + UAu + 50)
+= 310.0 K in steady state (reaction heat, 2.7 W of 5573 W, neglected).
+"""
 
-from homeostat.plants.cstr.kernel import NORMAL, advance, measure
-from homeostat.plants.cstr.layout import FaultSlot, Input, P, Parameter, S, StateSlot, U
-from homeostat.process.batch import Kernel
-from homeostat.process.equipment import pid_integral, pid_tracking
-from homeostat.process.types import Cube, Table, Vec
-
-_AT = S._asdict()
-_LOOPS = ("V1", "P1", "V2")
-_FLOWS = ("F1", "F2", "F3", "T2", "T3")
-_CMD, _POS, _RATE = ([f"{name}_{what}" for name in _LOOPS] for what in ("cmd", "pos", "rate"))
-_ZT, _WAY = ([f"{name}_{what}" for name in _LOOPS] for what in ("zt", "travel"))
-_TRUE = (
-    {"T1": S.T, "L1": S.V, **{name: _AT[f"{name}_true"] for name in _FLOWS}}
-    | {shown: _AT[true] for shown, true in zip(_ZT, _POS, strict=True)}
-    | {
-        name: _AT[name]
-        for name in (*_CMD, "leak", "overflow", "UA", "product", "phase", "CA", "CB", "CC", "CD", *_RATE)
-    }
+from homeostat.process.blocks import (
+    Actuator,
+    Flowsheet,
+    Law,
+    Term,
+    Vessel,
+    arrhenius,
+    exchanged,
+    limited,
+    linear_valve,
+    maximum,
+    minimum,
+    number,
+    overflow,
+    pump_flow,
+    term,
+    where,
 )
-_READ = {name: _AT[name] for name in ("T1", "L1", *_FLOWS, *_ZT, *_CMD, *_WAY, *_RATE)}
-_DERIVED = ("T1_err", "L1_err", "V1_rate", "P1_rate", "V2_rate")
-MEASURED_S = 120
-"""Seconds of readings whose mean says how warm feed and cooling water are."""
-_TRAVEL = {"V1": S.V1_travel, "P1": S.P1_travel, "V2": S.V2_travel}
+
+GAS = number(8.314, "J/(mol K)")
+"""Gas constant as the published model rounds it."""
+STARTUP, NORMAL, SHUTDOWN = 0.0, 1.0, 2.0
+"""Phases of the basic control system."""
+USUAL = {"CA": 0.0187, "CB": 0.0009, "CC": 0.0804, "CD": 0.0491}
+"""Concentrations at the design point [mol/L]; no instrument shows them."""
 
 
-class CstrModel:
-    """Continuous stirred-tank reactor with jacket, three loops and nine faults; equations in ``kernel``."""
-
-    states: tuple[str, ...] = StateSlot._fields
-    parameters: tuple[str, ...] = Parameter._fields
-    inputs: tuple[str, ...] = Input._fields
-    faults: tuple[str, ...] = FaultSlot._fields
-    variables: tuple[str, ...] = (*_READ, *Input._fields, *_DERIVED)
-    shown: Mapping[str, int] = _READ
-    kernel: Kernel = advance
-
-    def initial_state(self, parameters: Vec) -> Vec:
-        """Empty vessel at feed temperature, feed isolation valve open."""
-        x = np.zeros(len(S))
-        x[S.T] = x[S.T1] = x[S.T1_ideal] = x[S.T2] = x[S.T2_true] = parameters[P.T_feed]
-        x[S.T3] = x[S.T3_true] = parameters[P.T_coolant]
-        x[S.UA] = parameters[P.UA]
-        x[S.XV1_pos] = 1.0
-        return x
-
-    def readings(self, state: Vec, inputs: Vec) -> Mapping[str, float]:
-        """Variable -> what the instruments say."""
-        values = state.tolist()
-        read = {name: values[i] for name, i in _READ.items()}
-        read.update(zip(self.inputs, inputs.tolist(), strict=True))
-        read["T1_err"] = read["T1"] - read["T1_sp"]
-        read["L1_err"] = read["L1"] - read["L1_sp"]
-        return read
-
-    def truth(self, record: Cube, inputs: Cube) -> Mapping[str, NDArray[np.float64]]:
-        """Variable -> true values; deviations as the loops see them, travel from the first sample on."""
-        values = {name: record[:, :, i] for name, i in _TRUE.items()}
-        for k, name in enumerate(self.inputs):
-            values[name] = np.broadcast_to(inputs[:, :, k], values["T1"].shape)
-        values["T1_err"] = record[:, :, S.T1_ideal] - values["T1_sp"]
-        values["L1_err"] = record[:, :, S.L1_ideal] - values["L1_sp"]
-        for name, i in _TRAVEL.items():
-            values[f"{name}_travel"] = record[:, :, i] - record[:, :1, i]
-        return values
-
-    def estimate(self, readings: Mapping[str, float]) -> Vec:
-        """A state in NORMAL phase that agrees with smoothed readings; concentrations at their design values."""
-        x = np.zeros(len(S))
-        for name, i in _READ.items():
-            x[i] = readings[name]
-        for name, i in _TRUE.items():
-            if name in readings:
-                x[i] = readings[name]
-        x[S.V] = max(x[S.V], 0.0)
-        x[[S.V1_pos, S.P1_pos, S.V2_pos]] = np.clip(x[[S.V1_pos, S.P1_pos, S.V2_pos]], 0.0, 1.0)
-        x[S.XV1_pos] = readings["XV1_cmd"]
-        x[S.CA], x[S.CB], x[S.CC], x[S.CD] = 0.0187, 0.0009, 0.0804, 0.0491
-        x[S.phase] = NORMAL
-        return x
-
-    def settle(
-        self, states: Table, inputs: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
-    ) -> None:
-        """Nothing: every position is measured."""
-
-    def correct(self, states: Table, residuals: Mapping[str, Vec]) -> None:
-        """Shift temperature and volume by what their instruments say beyond the model."""
-        states[:, S.T] += residuals["T1"]
-        states[:, S.V] = np.maximum(states[:, S.V] + residuals["L1"], 0.0)
-
-    def resume(self, states: Table, readings: Mapping[str, Vec], parameters: Table) -> None:
-        """Integral terms behind the present commands, I = output - Kp e (level: minus the feed-forward).
-
-        Where a command is at its limit it does not tell the integral; it is followed from where it last did. Feed and
-        cooling water stay as warm as they were measured on the mean of the last minutes.
-        """
-        p, r = parameters[0], readings
-        for name, i in _READ.items():
-            if not name.endswith("_travel"):
-                states[:, i] = r[name][-1]
-        feed, level, hot = (
-            r["F1_sp"][:-1] - r["F1"][:-1],
-            r["L1"][:-1] - r["L1_sp"][:-1],
-            r["T1"][:-1] - r["T1_sp"][:-1],
-        )
-        pump, cooling = r["P1_cmd"][1:], r["V2_cmd"][1:]
-        states[:, S.flow_integral] = r["V1_cmd"][-1] - p[P.Kp_flow] * feed[-1] + p[P.Ki_flow] * feed[-1]
-        forward = np.clip(r["F1"][:-1] / p[P.feedforward_P1], 0.0, 1.0)
-        tuning = p[P.Kp_level], p[P.Ki_level], p[P.trim_low]
-        states[:, S.level_integral] = _follow_integral(level, pump - forward, _free(pump), r["P1_man"][1:], tuning)
-        tuning = p[P.Kp_temperature], p[P.Ki_temperature], 0.0
-        states[:, S.temperature_integral] = _follow_integral(hot, cooling, _free(cooling), r["V2_man"][1:], tuning)
-        parameters[:, P.T_feed] = np.mean(r["T2"][-MEASURED_S:]) - parameters[:, P.bias_T2]
-        parameters[:, P.T_coolant] = np.mean(r["T3"][-MEASURED_S:]) - parameters[:, P.bias_T3]
-        fed = r["T2"][-1] - parameters[:, P.bias_T2] - parameters[:, P.T_feed]
-        states[:, S.feed_T] = fed / np.where(parameters[:, P.sd_T_feed] > 0.0, parameters[:, P.sd_T_feed], np.inf)
-
-    def shown_and_true(
-        self, states: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
-    ) -> tuple[Mapping[str, Vec], Mapping[str, Vec]]:
-        """Noise-free readings of the instruments next to the truth."""
-        seen = states.copy()
-        for member in range(len(seen)):
-            measure(seen[member], parameters[member], severity[member], onset_s[member], at_s, 0, 0.0)
-        names = [name for name in _TRUE if name in _READ and _TRUE[name] != _READ[name]]
-        return {n: seen[:, _READ[n]] for n in names}, {n: states[:, _TRUE[n]] for n in names}
-
-    def replay_inputs(self, readings: Mapping[str, Vec], inputs: Table) -> Table:
-        """Recorded commands as manual outputs; the measured temperatures of feed and cooling water as theirs."""
-        replay = inputs.copy()
-        replay[:, U.V1_man] = readings["V1_cmd"]
-        replay[:, U.P1_man] = readings["P1_cmd"]
-        replay[:, U.V2_man] = readings["V2_cmd"]
-        replay[:, U.T2_in] = readings["T2"]
-        replay[:, U.T3_in] = readings["T3"]
-        return replay
+FIRST = (
+    "fouling pump_degrade cool_stuck_closed cool_stuck_open outlet_block inlet_stuck_open temp_bias level_bias leak "
+    "UA UA_ambient T_ambient cp T_feed T_coolant CA_feed CD_feed k0_AD E_AD k0_A E_A dH_AD dH_A Cv_V1 K_P1 "
+    "F3_max tau_V1 tau_P1 tau_V2 tau_XV1 V_brim k_brim tau_fouling Kp_flow Ki_flow Kp_level Ki_level trim_low "
+    "feedforward_P1 Kp_temperature Ki_temperature t_startup t_shutdown L_heel sd_CA_feed sd_CD_feed sd_T_feed "
+    "tau_feed published_balance sd_T1 sd_L1 rel_F1 rel_F2 rel_F3 sd_T2 sd_T3 sd_ZT bias_T1 bias_L1 bias_F1 "
+    "bias_F2 bias_F3 bias_T2 bias_T3 bias_ZT1 bias_ZTP bias_ZT2"
+)
+"""Faults and parameters in the order in which the plants of recorded runs were drawn."""
 
 
-def _free(command: Vec) -> NDArray[np.bool_]:
-    """Rows in which a command is inside its limits."""
-    return np.asarray((command > 0.0) & (command < 1.0))
+class Assumed:
+    """What the model takes to be simple; the true plant has other laws."""
+
+    def opened(self, valve: str, position: Term) -> Term:
+        """Share of its full flow that ``valve`` passes in a position [1]."""
+        return position
+
+    def pumped(self, speed: Term, volume: Term) -> Term:
+        """Share of its full flow that the pump moves [1] at a volume in the vessel [L]."""
+        return speed
+
+    def cooled(self, opening: Term) -> Term:
+        """Share of UA that the jacket has at an opening of its valve [1]."""
+        return opening
+
+    def warm(self, sheet: Flowsheet, vessel: Vessel) -> None:
+        """What else warms or cools the vessel: nothing."""
 
 
-def _follow_integral(
-    error: Vec, output: Vec, known: NDArray[np.bool_], manual: Vec, tuning: tuple[float, float, float]
-) -> float:
-    """The integral term after the last row; ``tuning`` is Kp, Ki and the lower limit of Kp e + I (the upper is 1).
+def reactor(laws: Assumed) -> Flowsheet:
+    """The reactor with ``laws``."""
+    s = Flowsheet()
+    s.first = tuple(FIRST.split())
+    a = s.disturbance("CA_feed", sd="sd_CA_feed", tau="tau_feed")
+    d = s.disturbance("CD_feed", sd="sd_CD_feed", tau="tau_feed")
+    hot, cold = s.disturbance("T_feed", sd="sd_T_feed", tau="tau_feed"), s.disturbance("T_coolant")
+    r = Vessel(s, "", "L", 0.0, leak=number(0.0, "L/s"))
+    held = {name: r.holds(name, "mol/L", usual=usual) for name, usual in USUAL.items()}
+    t = r.heated("T_feed", "cp")
+    s.parts = where(r.volume > 2.0, 1.0, where(r.volume > 0.5, 8.0, 32.0))  # smaller steps while it is nearly empty
+    s.sensor("T1", t, off=s.fault("temp_bias"))
+    level = s.sensor("L1", r.volume, off=-s.fault("level_bias"))
+    dry, empty = s.switch("dry", r.volume <= 0.01), s.switch("empty", r.volume <= 0.1)
+    v1, p1, v2 = _control(s, level, dry, empty)
+    feed = s.hold("feed", linear_valve("Cv_V1", laws.opened("V1", v1.opening)) * s.actuator("XV1", start=1.0).position)
+    r.feed(feed, hot, CA=a, CD=d)
+    r.release(s.hold("leak", minimum(s.fault("leak"), 1.0) * r.volume))
+    r.release(s.hold("overflow", overflow(r.volume, "V_brim", "k_brim")))
+    moved = pump_flow("K_P1", laws.pumped(p1.opening, r.volume)) * (1.0 - s.fault("outlet_block"))
+    there = maximum(r.volume / number(1.0, "s") + feed - r.outflow, 0.0)  # without suction a pump moves no more
+    out = r.release(s.hold("drawn", minimum(moved, there)))
+    s.total("product", "L", out)
+    opened = laws.opened("V2", v2.opening)
+    s.sensor("F1", feed, relative=True, errors=("bias_F1", "rel_F1"))
+    s.sensor("F2", out, relative=True, errors=("bias_F2", "rel_F2"))
+    s.sensor("F3", linear_valve("F3_max", opened), relative=True, errors=("bias_F3", "rel_F3"))
+    s.sensor("T2", hot)
+    s.sensor("T3", cold)
+    for valve, symbol in ((v1, "bias_ZT1"), (p1, "bias_ZTP"), (v2, "bias_ZT2")):
+        s.sensor(f"{valve.name}_zt", valve.position, errors=(symbol, "sd_ZT"))
+    r.react(arrhenius("k0_AD", "E_AD", t, GAS) * held["CA"] * held["CD"], "dH_AD", CA=-1, CD=-1, CB=1)
+    r.react(arrhenius("k0_A", "E_A", t, GAS) * held["CA"], "dH_A", CA=-1, CC=1)
+    thinned = where(number(0.5, "1") < "published_balance", (r.inflow - r.outflow) / r.wet, 0.0)
+    for name, concentration in held.items():
+        r.react(thinned * concentration, **{name: 1.0})
+    ua = s.hold("UA", "UA" * (1.0 - minimum(s.growing("fouling", "tau_fouling"), 0.95)))
+    r.heat(-exchanged(ua * laws.cooled(opened), t, cold))
+    r.heat(-exchanged("UA_ambient", t, "T_ambient") * r.wet / maximum(r.volume, 1.0))
+    laws.warm(s, r)
+    return s
 
-    It is followed from the last row in which the output told it: where the loop was free, or on manual.
-    """
-    gain, reset, low = tuning
-    by_hand = ~np.isnan(manual)
-    told = np.flatnonzero(known | by_hand)
-    first = int(told[-1]) if told.size else 0
-    integral = float(pid_tracking(float(error[first]), float(output[first]), gain))
-    if by_hand[-1]:
-        return integral
-    if not told.size:
-        integral = min(max(integral, low), 1.0)
-    for e in error[first + int(by_hand[first]) :].tolist():
-        integral = float(pid_integral(e, integral, gain, reset, low, 1.0, 1.0))
-    return min(max(integral, low), 1.0)
+
+def _control(s: Flowsheet, level: Term, dry: Term, empty: Term) -> tuple[Actuator, Actuator, Actuator]:
+    """Phases and loops: feed valve, product pump and cooling water valve."""
+    begun = (level >= s.setpoint("L1")) | (s.time >= "t_startup")
+    phase = s.memory(
+        "phase",
+        lambda was: where(s.time >= "t_shutdown", SHUTDOWN, where((was <= STARTUP) & begun, NORMAL, was)),
+        usual=NORMAL,
+    )
+    shut = phase >= SHUTDOWN
+    flow = s.controller("flow", "F1", acts=-1, law=Law(rests=shut))
+    v1 = s.actuator("V1", where(shut, 0.0, flow.output), faults={"stuck_open": "inlet_stuck_open"})
+    wild = limited(s.reading("F1") / "feedforward_P1", 0.0, 1.0)
+    off = (phase <= STARTUP) | (shut & (dry >= 1.0))
+    target = where(shut, "L_heel", s.setpoint("L1"))
+    trim = s.controller("level", "L1", acts=1, setpoint=target, law=Law(term("trim_low"), wild, off))
+    pumping = limited(wild + trim.output, 0.0, 1.0)
+    pump = where(off, 0.0, where(shut, maximum(pumping, 0.05), pumping))
+    p1 = s.actuator("P1", pump, faults={"weak": "pump_degrade"})
+    cold = shut & (empty >= 1.0)
+    cooling = s.controller("temperature", "T1", acts=1, law=Law(rests=cold))
+    stuck = {"stuck_open": "cool_stuck_open", "stuck_closed": "cool_stuck_closed"}
+    return v1, p1, s.actuator("V2", where(cold, 0.0, cooling.output), faults=stuck)
+
+
+REACTOR = reactor(Assumed())

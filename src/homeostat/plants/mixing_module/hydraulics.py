@@ -21,23 +21,26 @@ Hand check: no lift, K = 92.8 m/(L/s)^2 in all (4 m of 10 mm pipe), n = 0.9013 (
 gives q = 0.130 L/s.
 """
 
-from homeostat.plants.mixing_module.heads import solve_heads
 from homeostat.plants.mixing_module.layout import FEEDS, P, S
+from homeostat.process.blocks.hydraulics.laws import LAMINAR, SHUT
+from homeostat.process.blocks.hydraulics.solver import COLUMNS, ONE_WAY, PIPE, PUMP, room, solve_network
 from homeostat.process.compiled import compiled
 from homeostat.process.types import Vec
 
-LAMINAR = 0.02
-"""Linear resistance of every branch [m/(L/s)]."""
-SHUT = 1e7
-"""Linear resistance of what is closed, and of a non-return valve against its direction [m/(L/s)]."""
 ENOUGH = 1e-11
 """Flows are iterated until they change by less than this [L/s]."""
 MOST = 30
-"""Most iterations; what has not arrived by then is solved :mod:`heads first <homeostat.plants.mixing_module.heads>`."""
+"""Most iterations; what has not arrived by then is solved heads first, by the solver of the blocks."""
 NO_LEAK = 1e23
 """Resistance above which a leak is none [m/(L/s)^2]."""
 BRANCHES = 9
 """Tank outlets (3), P101, main pipe, bypass, into B204, leaks at M and D."""
+JUNCTIONS = 3
+"""S, M and D."""
+NETWORK = 39
+"""Where the numbers of the solver of the blocks begin."""
+ROOM = NETWORK + room(JUNCTIONS, BRANCHES)
+"""Numbers of room that :func:`solve` takes."""
 
 
 @compiled
@@ -129,11 +132,19 @@ def hopeless(line: Vec, flows: Vec) -> bool:
 
 
 @compiled
+def branch(work: Vec, i: int, place: tuple[float, float, float, float, float], resistance: float) -> None:
+    """Write branch ``i`` down for the solver of the blocks: its kind and ends, and its resistance."""
+    for k in range(5):
+        work[NETWORK + COLUMNS * i + k] = place[k]
+    work[NETWORK + COLUMNS * i + 5] = resistance
+
+
+@compiled
 def solve(x: Vec, p: Vec, line: Vec, flows: Vec, work: Vec) -> float:
     """Flows of the nine branches [L/s] from the levels in ``x``; what they are still wrong by [L/s].
 
     ``line``: resistances of the tank outlets (3), main pipe, line to B204 and leaks at M and D [m/(L/s)^2], speeds of
-    P101 and P102 [1]. ``flows`` holds a guess and is replaced. ``work``: at least 39 numbers.
+    P101 and P102 [1]. ``flows`` holds a guess and is replaced. ``work``: :data:`ROOM` numbers.
     """
     heads, slopes, g, e = work[0:9], work[9:18], work[18:27], work[27:36]
     feeds = work[36:39]
@@ -156,9 +167,20 @@ def solve(x: Vec, p: Vec, line: Vec, flows: Vec, work: Vec) -> float:
             change = max(change, abs(step))
         if change <= ENOUGH:
             return change
-    a, b, c = p[P.pump_a], p[P.pump_b], p[P.pump_c]
-    curve = (a, b, c + p[P.k_suction], c + p[P.k_bypass])
-    hs, hm, hd = solve_heads(curve, (top, leak), (LAMINAR, SHUT), line, feeds, flows, slopes)
-    x[S.head_suction], x[S.head_main], x[S.head_discharge] = hs, hm, hd
-    imbalance = max(abs(flows[3] - flows[4] - flows[7]), abs(flows[4] + flows[5] - flows[6] - flows[8]))
-    return float(max(imbalance, abs(flows[0] + flows[1] + flows[2] - flows[3] - flows[5])))
+    for i in range(FEEDS):
+        branch(work, i, (PIPE, -1.0, 0.0, feeds[i], 0.0), line[i])
+    branch(work, 3, (PUMP, 0.0, 1.0, 0.0, 0.0), p[P.pump_c] + p[P.k_suction])
+    branch(work, 4, (ONE_WAY, 1.0, 2.0, 0.0, 0.0), line[3])
+    branch(work, 5, (PUMP, 0.0, 2.0, 0.0, 0.0), p[P.pump_c] + p[P.k_bypass])
+    branch(work, 6, (PIPE, 2.0, -1.0, 0.0, top), line[4])
+    branch(work, 7, (ONE_WAY, 1.0, -1.0, 0.0, leak), line[5])
+    branch(work, 8, (ONE_WAY, 2.0, -1.0, 0.0, leak), line[6])
+    for k in range(2):
+        at = NETWORK + COLUMNS * (3 + 2 * k) + 6
+        work[at], work[at + 1], work[at + 2] = p[P.pump_a], p[P.pump_b], line[7 + k]
+    left = solve_network(work, NETWORK, JUNCTIONS, BRANCHES)
+    found = NETWORK + COLUMNS * BRANCHES
+    x[S.head_suction], x[S.head_main], x[S.head_discharge] = work[found], work[found + 1], work[found + 2]
+    for j in range(BRANCHES):
+        flows[j] = work[found + JUNCTIONS + j]
+    return left

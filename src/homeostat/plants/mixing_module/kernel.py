@@ -20,7 +20,7 @@ A = 143 cm2, a = 0.950 cm2 and Cd = 0.62.
 import math
 from typing import TypeAlias
 
-from homeostat.plants.mixing_module.hydraulics import clogged, solve, throttled
+from homeostat.plants.mixing_module.hydraulics import ROOM, clogged, solve, throttled
 from homeostat.plants.mixing_module.instruments import level, measure_line, measure_tanks, supervise_pumps, tank_height
 from homeostat.plants.mixing_module.layout import FEEDS, TANKS, VALVES, F, P, S, U
 from homeostat.process.compiled import compiled
@@ -164,14 +164,14 @@ def physical(x: Vec) -> bool:
     return bool(math.isfinite(total + x[S.head_suction] + x[S.head_discharge] + x[S.N1] + x[S.N2]))
 
 
-@kernel(Columns(len(S), len(P), len(F), len(U)), scratch=9 + 9 + 40)
+@kernel(Columns(len(S), len(P), len(F), len(U)), scratch=18 + ROOM)
 def advance(
     first: int, last: int, x: Table, p: Table, sev: Table, onset: Table, u: Cube, u_of: Indices, t0: float,
     begin: Indices, steps: int, stride: int, seeds: Indices, process: Vec, sensor: Vec, picks: Indices, out: Cube,
     broken_at: Vec, room: Vec,
 ) -> None:  # fmt: skip
     """Advance members ``first`` to ``last`` - 1 to second ``steps``; see :class:`homeostat.process.batch.Kernel`."""
-    scratch = room[0:9], room[9:18], room[18:58]
+    scratch = room[0:9], room[9:18], room[18 : 18 + ROOM]
     for m in range(first, last):
         if not physical(x[m]):
             broken_at[m] = t0 + begin[m]

@@ -14,7 +14,7 @@ from homeostat.stl.spelling import near_matches
 
 _LONGEST: Final = 80
 _SPELLING: Final = {
-    "model": "'module:class', for example 'homeostat.plants.cstr.process:CstrModel'",
+    "model": "'module:class' or 'module:flowsheet', for example 'homeostat.plants.cstr.process:REACTOR'",
     "system": "an IRI with '#', for example 'urn:homeostat:cstr#system'",
 }
 """Key -> how its text is written."""

@@ -14,13 +14,16 @@ from homeostat.process.blocks.equipment import (
 )
 from homeostat.process.blocks.exchanger import Exchanger
 from homeostat.process.blocks.flowsheet import Flowsheet, FlowsheetError
-from homeostat.process.blocks.term import Term, exp, limited, log, maximum, minimum, number, sqrt, where
+from homeostat.process.blocks.parts import Actuator, Law
+from homeostat.process.blocks.term import Term, exp, limited, log, maximum, minimum, number, sqrt, term, where
 from homeostat.process.blocks.vessel import Vessel
 
 __all__ = [
+    "Actuator",
     "Exchanger",
     "Flowsheet",
     "FlowsheetError",
+    "Law",
     "Term",
     "Vessel",
     "arrhenius",
@@ -39,6 +42,7 @@ __all__ = [
     "overflow",
     "pump_flow",
     "sqrt",
+    "term",
     "valve_flow",
     "where",
 ]

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from homeostat.process.blocks.flowsheet import Flowsheet
-from homeostat.process.blocks.parts import Delay, fault, held
-from homeostat.process.blocks.term import TICK, Leaf, Term
+from homeostat.process.blocks.parts import Delay, Network, fault, held
+from homeostat.process.blocks.term import TICK, Leaf, Term, where
 from homeostat.process.blocks.units import NONE, Unit, UnitError, of_term, read
 
 
@@ -62,6 +62,8 @@ def _leaves(sheet: Flowsheet, stated: StatedUnits, found: list[str]) -> dict[Ter
         note(held(name), symbol)
     for s in sheet.states.values():
         note(s.term, s.unit)
+    units[sheet.time] = read("s")
+    units |= {Term(Leaf.AGE, value=name): read("s") for name in sheet.faults}
     for name in sheet.faults:
         units.setdefault(fault(name), _undeclared(name))
     for a in sheet.actuators.values():
@@ -72,9 +74,13 @@ def _leaves(sheet: Flowsheet, stated: StatedUnits, found: list[str]) -> dict[Ter
     for d in sheet.disturbances.values():
         if (mean := Term(Leaf.PARAMETER, value=d.name)) in units:
             units[d.now] = units[mean]
-    for kept in sheet.memories.values():
-        units[held(kept.name)] = NONE
+    for name in (*sheet.memories, *sheet.switches):
+        units[held(name)] = NONE
     for each in sheet.lags.values():
+        if isinstance(each, Network):
+            units |= {held(name): read("m") for name in each.junctions}
+            units |= {held(branch.name): read("L/s") for branch in each.branches}
+            continue
         column = each.oldest if isinstance(each, Delay) else each.name
         try:
             units[held(column)] = of_term(each.of, units, {})
@@ -93,19 +99,27 @@ def _expected(sheet: Flowsheet, stated: StatedUnits) -> Iterator[tuple[str, Term
     for name, rate in sheet.complete().items():
         state = sheet.states[name]
         yield f"the rate of {name}", rate, f"{state.unit} per s"
-        yield f"the start of {name}", state.start, state.unit
+        yield from ((f"the start of {name}", of, state.unit) for of in (state.start, state.usual))
     for a in sheet.actuators.values():
         yield from ((f"a time constant of {a.name}", tau, "s") for tau in a.lags)
         if a.automatic is not None:
             yield f"the command of {a.name}", a.automatic, "1"
     for c in sheet.controllers.values():
         error = c.used
-        yield f"the feed-forward of {c.name}", c.forward, "1"
+        yield from ((f"the feed-forward of {c.name}", of, "1") for of in (c.forward, c.law.beside))
+        yield f"the lowest output of {c.name}", c.law.least, "1"
+        if c.law.rests is not None:
+            yield f"when {c.name} rests", where(c.law.rests, 1.0, 0.0), "1"
         yield f"Kp_{c.name} times its error", c.gain("Kp") * error, "1"
         yield f"Ki_{c.name} times its error", c.gain("Ki") * error, "1/s"
         if c.setpoint is not None and (unit := stated.variables.get(c.measured)):
             yield f"the setpoint of {c.name}", c.setpoint, unit
     for each in sheet.lags.values():
+        if isinstance(each, Network):
+            for branch in each.branches:
+                yield from ((f"a head of {branch.name}", end, "m") for end in branch.ends)
+                yield f"the resistance of {branch.name}", branch.resistance, "m s2/L2"
+                yield from zip((f"the pump of {branch.name}",) * 3, branch.pump, ("m", "m s/L", "1"), strict=True)
         if (tau := getattr(each, "tau", None)) is not None:
             yield f"the time constant of {each.name}", tau, "s"
     for d in sheet.disturbances.values():
@@ -116,5 +130,6 @@ def _expected(sheet: Flowsheet, stated: StatedUnits) -> Iterator[tuple[str, Term
     for s in sheet.sensors.values():
         if unit := stated.variables.get(s.name):
             yield f"what {s.name} measures", s.of, unit
+            yield f"what faults add to {s.name}", s.off, unit
             yield f"the calibration error of {s.name}", s.bias, "1" if s.relative else unit
             yield f"the noise of {s.name}", s.noise, "1" if s.relative else unit

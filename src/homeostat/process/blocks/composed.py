@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from typing import Any, final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 from homeostat.process.batch import Kernel
 from homeostat.process.blocks.estimation import Estimation
 from homeostat.process.blocks.flowsheet import Flowsheet
+from homeostat.process.blocks.hydraulics.solver import solve_network
 from homeostat.process.blocks.layout import Layout
+from homeostat.process.blocks.parts import fault
 from homeostat.process.blocks.resuming import resume_controllers
 from homeostat.process.blocks.source import kernel_source
 from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate
 from homeostat.process.compiled import compiled
+from homeostat.process.departures import reached, restore, show
 from homeostat.process.equipment import approach, clip, lag_share, pid_integral, pid_output, pid_tracking
 from homeostat.process.kernel import Columns, CompiledKernel
 from homeostat.process.noise import normal
@@ -27,25 +30,34 @@ MEASURED = 120
 _BLOCKS: Mapping[str, Any] = {
     "math": math, "approach": approach, "clip": clip, "lag_share": lag_share, "normal": normal,
     "pid_integral": pid_integral, "pid_output": pid_output, "pid_tracking": pid_tracking,
+    "reached": reached, "restore": restore, "show": show,
+    "solve_network": solve_network,
 }  # fmt: skip
 
 
-@final
 class ComposedModel:
     """A :class:`~homeostat.process.model.ProcessModel` of a flowsheet; everything in it is generated."""
 
     def __init__(
-        self, sheet: Flowsheet, stated: Mapping[str, float], faults: Collection[str], tick_s: float = 1.0
+        self,
+        sheet: Flowsheet,
+        stated: Mapping[str, float],
+        faults: Collection[str],
+        tick_s: float = 1.0,
+        home: str = "",
     ) -> None:
         """``stated``: symbol -> best estimate of every parameter; ``faults``: those of the plant's tables.
 
-        ``tick_s``: time between two samples of the plant [s].
+        ``tick_s``: time between two samples of the plant [s]; ``home``: name of the module that the flowsheet is in.
 
         FlowsheetError where the flowsheet is not complete.
         """
-        self._layout = layout = Layout.of(sheet, faults, tick_s)
+        self.layout = layout = Layout.of(sheet, faults, tick_s)
+        """Its columns."""
         self.flowsheet = sheet
         """What it follows from."""
+        self.home = home
+        """Name of the module that the flowsheet is in; empty where it is in none."""
         self.states: tuple[str, ...] = layout.states
         self.parameters: tuple[str, ...] = layout.parameters
         self.inputs: tuple[str, ...] = layout.inputs
@@ -57,11 +69,11 @@ class ComposedModel:
         self.variables: tuple[str, ...] = (*self._read, *self.inputs, *errors)
         self.shown: Mapping[str, int] = self._read
         self._estimation = Estimation(layout, stated)
-        self.kernel: Kernel = _compiled(layout)
+        self.kernel: Kernel = compiled_kernel(layout)
 
     def initial_state(self, parameters: Vec) -> Vec:
         """State in which the plant starts: as the flowsheet says, actuators where they start, instruments true."""
-        x, at = np.zeros(len(self.states)), self._layout.column
+        x, at = np.zeros(len(self.states)), self.layout.column
         values = self._parameter_values(parameters)
         for s in self.flowsheet.states.values():
             x[at[s.name]] = evaluate(s.start, values)
@@ -80,13 +92,14 @@ class ComposedModel:
         read = {name: values[i] for name, i in self._read.items()}
         read.update(zip(self.inputs, inputs.tolist(), strict=True))
         for c in self.flowsheet.controllers.values():
-            read[f"{c.measured}_err"] = read[c.measured] - values[self._layout.column[str(c.used.value)]]
+            used = read[c.given] if not math.isnan(read[c.given]) else values[self.layout.column[str(c.used.value)]]
+            read[f"{c.measured}_err"] = read[c.measured] - used
         return read
 
     def truth(self, record: Cube, inputs: Cube) -> Mapping[str, NDArray[np.float64]]:
         """Variable -> true values; deviations as the loops see them, travel from the first sample on."""
-        at = self._layout.column
-        values = {name: record[:, :, at[name]] for name in (*self.flowsheet.states, *self.flowsheet.quantities)}
+        at = self.layout.column
+        values = {name: record[:, :, at[name]] for name in self.layout.told}
         values |= {name: record[:, :, i] for name, i in self._read.items()}
         values |= {s.name: record[:, :, at[s.true]] for s in self.flowsheet.sensors.values()}
         shape = record.shape[:2]
@@ -94,7 +107,7 @@ class ComposedModel:
             values[name] = np.broadcast_to(inputs[:, :, k], shape)
         for c in self.flowsheet.controllers.values():
             ideal, used = (record[:, :, at[n]] for n in (self.flowsheet.sensors[c.measured].ideal, str(c.used.value)))
-            values[f"{c.measured}_err"] = ideal - used
+            values[f"{c.measured}_err"] = ideal - np.where(np.isnan(values[c.given]), used, values[c.given])
         for a in self.flowsheet.actuators.values():
             travel = record[:, :, at[f"{a.name}_travel"]]
             values[f"{a.name}_travel"] = travel - travel[:, :1]
@@ -108,13 +121,13 @@ class ComposedModel:
         self, states: Table, inputs: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
     ) -> None:
         """Actuators whose position no instrument shows stand where commands and faults put them."""
-        at, begun = self._layout.column, np.where(onset_s <= at_s, severity, 0.0)
+        at, begun = self.layout.column, np.where(onset_s <= at_s, severity, 0.0)
         for a in self.flowsheet.actuators.values():
             if a.name in self._estimation.shown_actuators:
                 continue
             command = inputs[:, self.inputs.index(a.manual)]
             stands = np.where(np.isnan(command), states[:, at[a.command]], command)
-            for name, sign, rest in ((a.stuck_open, 1.0, 0.0), (a.stuck_closed, -1.0, 1.0)):
+            for name, sign, rest in ((a.stuck_closed, -1.0, 1.0), (a.stuck_open, 1.0, 0.0)):
                 if name in self.faults:
                     stuck = begun[:, self.faults.index(name)]
                     stands = np.where(stuck > 0.0, rest + sign * stuck, stands)
@@ -130,8 +143,8 @@ class ComposedModel:
         for name, i in self._read.items():
             if name in readings and not name.endswith("_travel"):
                 states[:, i] = readings[name][-1]
-        resume_controllers(self._layout, states, readings, parameters[0])
-        at, column = self._layout.column, self.parameters.index
+        resume_controllers(self.layout, states, readings, parameters[0])
+        at, column = self.layout.column, self.parameters.index
         for d in self.flowsheet.disturbances.values():
             if d.measured is None or d.measured not in readings:
                 continue
@@ -151,11 +164,13 @@ class ComposedModel:
         self, states: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
     ) -> tuple[Mapping[str, Vec], Mapping[str, Vec]]:
         """Noise-free readings of the instruments next to the truth."""
-        at, shown, true = self._layout.column, {}, {}
+        at, shown, true = self.layout.column, {}, {}
+        wrong = {fault(n): np.where(onset_s[:, i] <= at_s, severity[:, i], 0.0) for i, n in enumerate(self.faults)}
         for s in self.flowsheet.sensors.values():
             true[s.name] = states[:, at[s.true]]
             bias = parameters[:, self.parameters.index(str(s.bias.value))]
-            shown[s.name] = true[s.name] * (1.0 + bias) if s.relative else true[s.name] + bias
+            ideal = true[s.name] * (1.0 + bias) if s.relative else true[s.name] + bias
+            shown[s.name] = ideal + evaluate(s.off, {**self.layout.healthy, **wrong})
         return shown, true
 
     def replay_inputs(self, readings: Mapping[str, Vec], inputs: Table) -> Table:
@@ -171,10 +186,10 @@ class ComposedModel:
 
     def _parameter_values(self, parameters: Vec) -> dict[Term, Any]:
         named = zip(self.parameters, parameters.tolist(), strict=True)
-        return {TICK: self._layout.tick_s} | {Term(Leaf.PARAMETER, value=n): v for n, v in named}
+        return {TICK: self.layout.tick_s} | {Term(Leaf.PARAMETER, value=n): v for n, v in named}
 
 
-def _compiled(layout: Layout) -> CompiledKernel:
+def compiled_kernel(layout: Layout) -> CompiledKernel:
     """The kernel of ``layout``: its source is run as Python here, and compiled when it is first needed."""
     source = kernel_source(layout)
     room: dict[str, Any] = {"__name__": "flowsheet", **_BLOCKS}
@@ -183,4 +198,4 @@ def _compiled(layout: Layout) -> CompiledKernel:
         room[name] = compiled(room[name])
     advance: Callable[..., None] = room["advance"]
     columns = Columns(len(layout.states), len(layout.parameters), len(layout.faults), len(layout.inputs))
-    return CompiledKernel(advance, columns, scratch=1, source=source, tick_s=layout.tick_s)
+    return CompiledKernel(advance, columns, scratch=layout.rooms[""], source=source, tick_s=layout.tick_s)

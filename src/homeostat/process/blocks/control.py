@@ -6,7 +6,7 @@ from enum import Enum
 
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import Actuator, Controller
-from homeostat.process.blocks.term import Term, leaves
+from homeostat.process.blocks.term import Leaf, Term, leaves
 from homeostat.process.blocks.writing import Scope
 
 
@@ -18,6 +18,8 @@ class Follows(Enum):
     SELECTED = "selected"
     """The same by hand; where another output was selected it becomes the command, and its output stays beyond that by
     its own error (external reset), so that it is selected again as soon as its error changes sign."""
+    BY_HAND = "by hand"
+    """It follows a command by hand, less what is added beside the output; else it goes on within its own limits."""
     STANDS = "stands"
     """It goes on while anything follows the output, and else stays as it is: what acts does not tell which output would
     have done the same."""
@@ -28,6 +30,8 @@ def follows(c: Controller, layout: Layout) -> tuple[Follows, tuple[Actuator, ...
     sheet = layout.sheet
     moved = tuple(a for a in sheet.actuators.values() if a.automatic is not None and c.output in leaves(a.automatic))
     inner = tuple(i for i in sheet.controllers.values() if i.setpoint is not None and c.output in leaves(i.setpoint))
+    if len(moved) == 1 and not inner and not c.law.plain:
+        return Follows.BY_HAND, moved, inner
     if len(moved) != 1 or inner or moved[0].automatic is None or not _chosen(moved[0].automatic, c.output):
         return Follows.STANDS, moved, inner
     return Follows.SELECTED if moved[0].automatic.op in ("min", "max") else Follows.COMMAND, moved, inner
@@ -44,7 +48,9 @@ def control(c: Controller, layout: Layout, scope: Scope) -> Scope:
     """The output of a controller from what was measured last."""
     at, given = layout.column, f"um[k, {layout.inputs.index(c.given)}]"
     setpoint = given
-    if c.setpoint is not None:
+    if c.setpoint is not None and Term(Leaf.INPUT, value=c.given) in leaves(c.setpoint):
+        setpoint = scope.name(c.setpoint)
+    elif c.setpoint is not None:
         setpoint = f"{scope.name(c.setpoint)} if math.isnan({given}) else {given}"
     used, out, integral = (f"xm[{at[name]}]" for name in (str(c.used.value), str(c.output.value), c.integral))
     error, forward = f"e_{c.name}", f"ff_{c.name}"
@@ -53,7 +59,8 @@ def control(c: Controller, layout: Layout, scope: Scope) -> Scope:
     if c.derivative:
         scope.say(f"{forward} += {scope.name(c.gain('Kd'))} * ({error} - xm[{at[c.last]}]) / {layout.tick_s!r}")
         scope.say(f"xm[{at[c.last]}] = {error}")
-    scope.say(f"{out} = pid_output({error}, {integral} + {forward}, {scope.name(c.gain('Kp'))}, 0.0, 1.0)")
+    gain, least = scope.name(c.gain("Kp")), scope.name(c.law.least)
+    scope.say(f"{out} = pid_output({error}, {integral} + {forward}, {gain}, {least}, 1.0)")
     return scope
 
 
@@ -64,11 +71,18 @@ def conclude(c: Controller, layout: Layout, scope: Scope) -> None:
     gain, reset = scope.name(c.gain("Kp")), scope.name(c.gain("Ki"))
     error, forward = f"e_{c.name}", f"ff_{c.name}"
     how, moved, inner = follows(c, layout)
-    terms = f"{error}, {integral} + {forward}, {gain}, {reset}, 0.0, 1.0, {layout.tick_s!r}"
+    least = scope.name(c.law.least)
+    terms = f"{error}, {integral} + {forward}, {gain}, {reset}, {least}, 1.0, {layout.tick_s!r}"
     on = f"{integral} = pid_integral({terms}) - {forward}"
     if how is not Follows.STANDS:
         command, tracked = f"xm[{at[moved[0].command]}]", ""
         by_hand = f"not math.isnan(um[k, {layout.inputs.index(moved[0].manual)}])"
+        if how is Follows.BY_HAND:
+            output = f"{command} - {scope.name(c.law.beside)} - {forward}"
+            goes = "True" if c.law.rests is None else f"not {scope.name(c.law.rests)}"
+            scope.say(f"if {by_hand}:", f"    {integral} = pid_tracking({error}, {output}, {gain})")
+            scope.say(f"elif {goes}:", f"    {on}")
+            return
         if how is Follows.SELECTED:
             scope.say(f"if abs({command} - {out}) > 1e-12 and not ({by_hand}):")
             scope.say(f"    {integral} = {command} - {forward}")

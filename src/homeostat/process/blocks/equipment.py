@@ -66,6 +66,6 @@ def counter_current(ua: Operand, hot: tuple[Operand, Operand], cold: tuple[Opera
     return (1.0 - decay) / (1.0 - ratio * decay) * least * (t_hot - t_cold)
 
 
-def arrhenius(prefactor: Operand, activation: Operand, temperature: Term) -> Term:
-    """Rate constant k0 exp(-E / (R T)); E [J/mol], T [K]."""
-    return term(prefactor) * exp(-term(activation) / (GAS_CONSTANT * temperature))
+def arrhenius(prefactor: Operand, activation: Operand, temperature: Term, gas: Operand = GAS_CONSTANT) -> Term:
+    """Rate constant k0 exp(-E / (R T)); E [J/mol], T [K], ``gas`` R where a source rounds it."""
+    return term(prefactor) * exp(-term(activation) / (term(gas) * temperature))

@@ -7,8 +7,9 @@ from typing import Any, Final, final
 
 import numpy as np
 
+from homeostat.process.blocks.hydraulics.solver import room, solve_network
 from homeostat.process.blocks.layout import Layout
-from homeostat.process.blocks.parts import Delay, Sensor
+from homeostat.process.blocks.parts import Delay, Network, Sensor
 from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate, leaves
 from homeostat.process.types import Table, Vec
 
@@ -59,12 +60,12 @@ class Estimation:
             mean = self._stated[Term(Leaf.PARAMETER, value=d.name)]
             x[at[str(d.now.value)]] = mean if d.measured is None else readings.get(d.measured, mean)
         for kept in sheet.memories.values():
-            x[at[kept.name]] = kept.start
+            x[at[kept.name]] = kept.usual
         for c in sheet.controllers.values():
             given = readings.get(c.given, np.nan)
             x[at[str(c.used.value)]] = readings[c.measured] if np.isnan(given) else given
         values = self._values(x, readings)
-        found = self._solved(np.array([evaluate(s.start, values) for s in sheet.states.values()]), values, readings)
+        found = self._solved(np.array([evaluate(s.usual, values) for s in sheet.states.values()]), values, readings)
         x[: len(found)] = found
         self._follow(x, values | dict(zip(self._states, found.tolist(), strict=True)), readings)
         return x
@@ -129,12 +130,16 @@ class Estimation:
         values |= {Term(Leaf.HELD, value=n): float(x[i]) for n, i in self._layout.column.items()}
         values |= {state: float(x[i]) for i, state in enumerate(self._states)}
         values |= {Term(Leaf.INPUT, value=n): readings.get(n, np.nan) for n in self._layout.inputs}
-        return values | {Term(Leaf.FAULT, value=n): 0.0 for n in self._layout.sheet.faults}
+        return {**values, **self._layout.healthy}
 
     def _follow(self, x: Vec, values: dict[Term, Any], read: Container[str]) -> None:
         """Lags and dead times as after a long time, then what instruments that were not ``read`` show, in place."""
         sheet, at = self._layout.sheet, self._layout.column
         for each in sheet.lags.values():
+            if isinstance(each, Network):
+                x[[at[name] for name in each.columns]] = found = _flowing(each, values)
+                values.update((Term(Leaf.HELD, value=n), float(v)) for n, v in zip(each.columns, found, strict=True))
+                continue
             stands = float(evaluate(each.of, values))
             for column in each.columns(self._layout.tick_s) if isinstance(each, Delay) else (each.name,):
                 x[at[column]] = values[Term(Leaf.HELD, value=column)] = stands
@@ -144,6 +149,15 @@ class Estimation:
                 x[at[s.name]] = x[at[s.true]]
         for q in sheet.quantities.values():
             x[at[q.name]] = evaluate(q.of, values)
+
+
+def _flowing(network: Network, values: dict[Term, Any]) -> Vec:
+    """Heads and flows of a network, shape (columns,)."""
+    numbers = [each if isinstance(each, float) else evaluate(each, values) for row in network.numbers() for each in row]
+    n, m = len(network.junctions), len(network.branches)
+    work = np.concatenate([numbers, np.zeros(room(n, m) - len(numbers))])
+    solve_network(work, 0, n, m)
+    return np.asarray(work[len(numbers) : len(numbers) + n + m])
 
 
 def _about_states(s: Sensor) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator, Mapping
 from typing import Final, final
 
 from homeostat.process.blocks.parts import (
@@ -12,15 +12,18 @@ from homeostat.process.blocks.parts import (
     Controller,
     Delay,
     Disturbance,
+    Hold,
     Lag,
+    Law,
     Memory,
+    Network,
     Quantity,
     Sensor,
     State,
     fault,
     held,
 )
-from homeostat.process.blocks.term import ZERO, Leaf, Operand, Term, leaves, term
+from homeostat.process.blocks.term import TIME, ZERO, Leaf, Operand, Term, exp, leaves, term, where
 
 _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,40}")
 LONGEST_DELAY: Final = 600
@@ -42,12 +45,12 @@ class Flowsheet:
         """``parts``: steps of the integration (Runge-Kutta 4) in a tick."""
         if not 1 <= parts <= 100:
             raise FlowsheetError(f"parts = {parts}: a tick is integrated in 1 to 100 steps")
-        self.parts = parts
-        """Steps of the integration in a tick."""
+        self.parts = term(float(parts))
+        """Steps of the integration in a tick, a whole number; a term where that depends on the states."""
         self.states: dict[str, State] = {}
         self.actuators: dict[str, Actuator] = {}
         self.controllers: dict[str, Controller] = {}
-        self.lags: dict[str, Lag | Delay] = {}
+        self.lags: dict[str, Lag | Delay | Hold | Network] = {}
         self.memories: dict[str, Memory] = {}
         self.disturbances: dict[str, Disturbance] = {}
         self.sensors: dict[str, Sensor] = {}
@@ -55,16 +58,27 @@ class Flowsheet:
         self.faults: dict[str, Term] = {}
         self.resting: list[Term] = []
         """States that are taken to be at rest where a plant is found running."""
+        self.switches: set[str] = set()
+        self.first: tuple[str, ...] = ()
+        """Parameters and faults whose columns come first, in this order: members are drawn column by column."""
         self._rates: dict[str, Callable[[], Term]] = {}
         self._names: set[str] = set()
 
-    def state(self, name: str, unit: str, start: Operand, least: float | None = None) -> Term:
+    @property
+    def time(self) -> Term:
+        """Seconds since the plant was started."""
+        return TIME
+
+    def state(
+        self, name: str, unit: str, start: Operand, least: float | None = None, usual: Operand | None = None
+    ) -> Term:
         """A quantity that is integrated; :meth:`rate` says how it changes.
 
-        ``start``: where a run begins; ``least``: what it cannot fall below, in ``unit``.
+        ``start``: where a run begins; ``least``: what it cannot fall below, in ``unit``; ``usual``: where it is taken
+        to be where no instrument tells, ``start`` where left out.
         """
         self._take(name)
-        self.states[name] = State(name, unit, term(start), least)
+        self.states[name] = State(name, unit, term(start), least, term(start if usual is None else usual))
         return self.states[name].term
 
     def rate(self, state: Term, change: Term | Callable[[], Term]) -> None:
@@ -99,12 +113,19 @@ class Flowsheet:
             self.rate(known[name], term(value))
 
     def actuator(
-        self, name: str, automatic: Term | None = None, lags: tuple[Operand, ...] | None = None, start: float = 0.0
+        self,
+        name: str,
+        automatic: Term | None = None,
+        lags: tuple[Operand, ...] | None = None,
+        start: float = 0.0,
+        faults: Mapping[str, str] | None = None,
     ) -> Actuator:
         """A valve, pump or heater with a command from 0 to 1, and its standard faults.
 
         ``automatic``: what commands it while nobody does by hand, such as a controller's output. ``lags``: its time
-        constants [s]; the parameter ``tau_NAME`` where left out, two for second order.
+        constants [s]; the parameter ``tau_NAME`` where left out, two for second order. ``faults``: names of its faults
+        in the tables where they are not ``NAME_weak``, ``NAME_stuck_open`` and ``NAME_stuck_closed``, as
+        ``{"weak": "pump_wear"}``.
         """
         self._take(name)
         if not 0.0 <= start <= 1.0:
@@ -112,7 +133,7 @@ class Flowsheet:
         taus = tuple(map(term, lags if lags is not None else (f"tau_{name}",)))
         if not 1 <= len(taus) <= 2:
             raise FlowsheetError(f"actuator {name}: {len(taus)} lags; give one or two time constants")
-        made = self.actuators[name] = Actuator(name, taus, automatic, start)
+        made = self.actuators[name] = Actuator(name, taus, automatic, start, dict(faults or {}))
         for each in (made.stuck_open, made.stuck_closed, made.weak):
             self.fault(each)
         return made
@@ -125,10 +146,12 @@ class Flowsheet:
         forward: Operand = 0.0,
         setpoint: Term | None = None,
         derivative: bool = False,
+        law: Law | None = None,
     ) -> Controller:
         """A PI controller with gains ``Kp_NAME`` and ``Ki_NAME``, and ``Kd_NAME`` with ``derivative``.
 
-        ``measured``: variable that it holds; ``acts``: 1 where more of it needs more output, -1 where less.
+        ``measured``: variable that it holds; ``acts``: 1 where more of it needs more output, -1 where less. ``law``:
+        how its output becomes a command, where something is added to it or rests it.
         """
         self._take(name)
         if acts not in (1, -1):
@@ -137,23 +160,44 @@ class Flowsheet:
             )
         if any(c.measured == measured for c in self.controllers.values()) and setpoint is None:
             raise FlowsheetError(f"controller {name}: {measured} has a controller already, and one setpoint")
-        made = self.controllers[name] = Controller(name, measured, acts, term(forward), setpoint, derivative)
+        made = self.controllers[name] = Controller(
+            name, measured, acts, term(forward), setpoint, derivative, law or Law()
+        )
         return made
 
     def loop(self, name: str, measured: str, drives: str, acts: int, forward: Operand = 0.0) -> Actuator:
         """A controller and the actuator that it drives."""
         return self.actuator(drives, self.controller(name, measured, acts, forward).output)
 
-    def sensor(self, name: str, of: Term, relative: bool = False, step: float = 0.0, every_s: float = 0.0) -> Term:
+    def reading(self, name: str) -> Term:
+        """What the transmitter ``name`` shows, also before that is added."""
+        return held(name)
+
+    def setpoint(self, measured: str) -> Term:
+        """The setpoint that is given from outside for what ``measured`` shows."""
+        return Term(Leaf.INPUT, value=f"{measured}_sp")
+
+    def sensor(
+        self,
+        name: str,
+        of: Term,
+        relative: bool = False,
+        step: float = 0.0,
+        every_s: float = 0.0,
+        errors: tuple[str, str] | None = None,
+        off: Term = ZERO,
+    ) -> Term:
         """A transmitter of ``of`` with calibration error ``bias_NAME`` and noise ``sd_NAME``; gives its reading.
 
-        ``relative``: both are shares of the reading; ``step``: what it rounds to; ``every_s``: an analyser's time [s];
-        it shows something new with each tick where that is 0.
+        ``relative``: both are shares of the reading; ``step``: what it rounds to; ``every_s``: an analyser's time [s],
+        it shows something new with each tick where that is 0; ``errors``: symbols of both where they have others;
+        ``off``: what faults of its own add to what it shows.
         """
         self._take(name)
         if not (0.0 <= every_s < float("inf") and 0.0 <= step < float("inf")):
             raise FlowsheetError(f"sensor {name}: every_s = {every_s:g} s and step = {step:g} must be at least 0")
-        self.sensors[name] = Sensor(name, term(of), relative, step, every_s)
+        bias, noise = map(term, errors or (f"bias_{name}", f"sd_{name}"))
+        self.sensors[name] = Sensor(name, term(of), relative, step, every_s, bias, noise, off)
         for each in self.disturbances.values():
             if of == each.now and each.measured is None:
                 self.disturbances[each.name] = Disturbance(each.name, each.sd, each.tau, name)
@@ -183,13 +227,30 @@ class Flowsheet:
         made = self.lags[name] = Delay(name, of, seconds)
         return held(made.oldest)
 
-    def memory(self, name: str, update: Callable[[Term], Term], start: float = 0.0) -> Term:
+    def hold(self, name: str, of: Term) -> Term:
+        """``of`` as it is at the start of a tick, for the whole of it."""
+        self._take(name)
+        self.lags[name] = Hold(name, of)
+        return held(name)
+
+    def networks(self, network: Network) -> None:
+        """Add a network of pipes; see :class:`homeostat.process.blocks.hydraulics.piping.Piping`."""
+        self._take(network.name)
+        self.lags[network.name] = network
+
+    def named(self, name: str) -> str:
+        """``name`` as that of a column, which no other part may have."""
+        self._take(name)
+        return name
+
+    def memory(self, name: str, update: Callable[[Term], Term], start: float = 0.0, usual: float | None = None) -> Term:
         """A number that is kept; each tick it becomes ``update`` of what it was.
 
-        A latch: ``memory("tripped", lambda was: where(level > "L_trip", 1.0, was))``.
+        A latch: ``memory("tripped", lambda was: where(level > "L_trip", 1.0, was))``. ``usual``: what it is taken to be
+        where nothing tells, ``start`` where left out.
         """
         self._take(name)
-        self.memories[name] = Memory(name, start, update(held(name)))
+        self.memories[name] = Memory(name, start, update(held(name)), start if usual is None else usual)
         return held(name)
 
     def quantity(self, name: str, of: Term) -> Term:
@@ -197,6 +258,12 @@ class Flowsheet:
         self._take(name)
         self.quantities[name] = Quantity(name, of)
         return of
+
+    def switch(self, name: str, condition: Term) -> Term:
+        """A switch of the plant, as of a dry pump: 1 where ``condition`` holds, which control may know, else 0."""
+        self.quantity(name, where(condition, 1.0, 0.0))
+        self.switches.add(name)
+        return held(name)
 
     def total(self, name: str, unit: str, flow: Term) -> Term:
         """What ``flow`` [``unit`` per second] has added up to since the start."""
@@ -206,9 +273,13 @@ class Flowsheet:
 
     def fault(self, name: str) -> Term:
         """Severity of a fault of the tables from its onset on, 0 before; it is 0 for ever where no table has it."""
-        self._take(name)
+        self._check(name, self.faults)
         self.faults[name] = fault(name)
         return self.faults[name]
+
+    def growing(self, name: str, tau: Operand) -> Term:
+        """A fault that grows into its severity with the time constant ``tau`` [s] from its onset on."""
+        return self.fault(name) * (1.0 - exp(-Term(Leaf.AGE, value=name) / term(tau)))
 
     def complete(self) -> dict[str, Term]:
         """State -> its rate of change per second; FlowsheetError where something is missing or comes from nowhere."""
@@ -220,7 +291,7 @@ class Flowsheet:
         for each in self.controllers.values():
             if each.measured not in self.sensors:
                 raise FlowsheetError(f"controller {each.name} reads {each.measured!r}, which no sensor shows")
-        made = {*self.columns(), *self.sensors}
+        made = {*self.columns(), *self.sensors, *self.switches}
         for what, of in self._terms(rates):
             for leaf in leaves(of):
                 if leaf.op in (Leaf.STATE, Leaf.HELD) and leaf.value not in made:
@@ -240,27 +311,38 @@ class Flowsheet:
                 yield c.last
         yield from self.memories
         for each in self.lags.values():
-            yield from each.columns(tick_s) if isinstance(each, Delay) else (each.name,)
+            if isinstance(each, Network):
+                yield from each.columns
+            else:
+                yield from each.columns(tick_s) if isinstance(each, Delay) else (each.name,)
         for d in self.disturbances.values():
-            yield from (str(d.now.value), d.coloured)
+            yield from (str(d.now.value), *([] if d.sd is None else [d.coloured]))
 
     def _terms(self, rates: dict[str, Term]) -> Iterator[tuple[str, Term]]:
         """Every term of the flowsheet, and what it is of."""
         yield from ((f"the rate of {name}", of) for name, of in rates.items())
-        yield from ((f"the start of {s.name}", s.start) for s in self.states.values())
+        yield ("the number of steps in a tick", self.parts)
+        for s in self.states.values():
+            yield from ((f"the start of {s.name}", of) for of in (s.start, s.usual))
         for c in self.controllers.values():
-            yield from ((f"controller {c.name}", of) for of in (c.forward, ZERO if c.setpoint is None else c.setpoint))
+            yield from ((f"controller {c.name}", of) for of in c.terms())
         for a in self.actuators.values():
             yield from ((f"actuator {a.name}", of) for of in (*a.lags, ZERO if a.automatic is None else a.automatic))
         yield from ((f"controller {m.name}", m.update) for m in self.memories.values())
-        yield from ((f"sensor {s.name}", s.of) for s in self.sensors.values())
+        yield from ((f"sensor {s.name}", of) for s in self.sensors.values() for of in (s.of, s.off))
         yield from ((f"quantity {q.name}", q.of) for q in self.quantities.values())
-        yield from ((f"lag {each.name}", each.of) for each in self.lags.values())
+        for each in self.lags.values():
+            made_of = each.terms if isinstance(each, Network) else (each.of,)
+            yield from ((f"lag {each.name}", of) for of in made_of)
 
     def _take(self, name: str) -> None:
-        """Refuse a name that is no name, or that something has."""
+        """Give a column its name."""
+        self._check(name, self._names)
+        self._names.add(name)
+
+    def _check(self, name: str, taken: Container[str]) -> None:
+        """Refuse a name that is no name, or that something of its kind has."""
         if not _NAME.fullmatch(name):
             raise FlowsheetError(f"{name!r:.60} is no name; write letters, digits and _, beginning with a letter")
-        if name in self._names:
+        if name in taken:
             raise FlowsheetError(f"{name!r} is there twice; give each part a name of its own")
-        self._names.add(name)

@@ -2,13 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 from homeostat.process.blocks.flowsheet import LONGEST_DELAY, Flowsheet, FlowsheetError
-from homeostat.process.blocks.parts import Delay, Disturbance
-from homeostat.process.blocks.term import Leaf, Term, leaves
+from homeostat.process.blocks.hydraulics.solver import room
+from homeostat.process.blocks.parts import Delay, Disturbance, Hold, Network
+from homeostat.process.blocks.term import TIME, Leaf, Term, leaves
+from homeostat.process.departures import ACTUATOR_STATES, BEFORE_ACTUATOR, NOISE_LAW, Departures
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """What a true plant has beside its model, whose columns come first."""
+
+    model: Layout
+    """Columns of the model."""
+    departures: Departures
+    """What stands before actuators and behind instruments, and parameters of the plant's own."""
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Columns of the model, then those of the departures."""
+        return (*self.model.states, *(f"departure {k}" for k in range(self.departures.states)))
+
+    @property
+    def first_parameter(self) -> int:
+        """Column of the first parameter of its own: the noise law."""
+        return len(self.model.parameters)
+
+    def before(self, actuator: str) -> tuple[int, int] | None:
+        """First state and first parameter of what stands before an actuator; None where nothing does."""
+        if actuator not in self.departures.actuators:
+            return None
+        i = self.departures.actuators.index(actuator)
+        first = self.first_parameter + len(NOISE_LAW)
+        return len(self.model.states) + i * ACTUATOR_STATES, first + i * len(BEFORE_ACTUATOR)
+
+    def behind(self) -> tuple[int, int]:
+        """First state and first parameter of what stands behind the first instrument."""
+        actuators = len(self.departures.actuators)
+        first = self.first_parameter + len(NOISE_LAW) + actuators * len(BEFORE_ACTUATOR)
+        return len(self.model.states) + actuators * ACTUATOR_STATES, first
 
 
 @dataclass(frozen=True)
@@ -22,6 +58,16 @@ class Layout:
     """Faults that the plant's tables have; the flowsheet's others are 0 for ever."""
     tick_s: float = 1.0
     """Time between two samples of the plant [s]."""
+    beyond: Beyond | None = None
+    """What it is beside a model; None where it is one."""
+
+    @classmethod
+    def true(cls, sheet: Flowsheet, model: Layout, departures: Departures) -> Layout:
+        """The layout of a true plant; FlowsheetError where it is not complete, or has other inputs than its model."""
+        made = cls(sheet, sheet.complete(), model.faults, model.tick_s, Beyond(model, departures))
+        if made.inputs != model.inputs or set(model.states) - set(made._own_states):
+            raise FlowsheetError("a true plant has the inputs and states of its model; add to it and take nothing away")
+        return made
 
     @classmethod
     def of(cls, sheet: Flowsheet, faults: Collection[str], tick_s: float = 1.0) -> Layout:
@@ -33,7 +79,8 @@ class Layout:
             if isinstance(each, Delay) and each.seconds > LONGEST_DELAY * tick_s:
                 long = f"delay {each.name}: {each.seconds:g} s are more than {LONGEST_DELAY} ticks of {tick_s:g} s"
                 raise FlowsheetError(f"{long}; shorten it, or give [time] a longer tick_s")
-        made = cls(sheet, sheet.complete(), tuple(name for name in sheet.faults if name in faults), tick_s)
+        known = sorted((name for name in sheet.faults if name in faults), key=_place(sheet.first))
+        made = cls(sheet, sheet.complete(), tuple(known), tick_s)
         twice = [name for i, name in enumerate(made.states) if name in made.states[:i]]
         if twice:
             raise FlowsheetError(f"{twice[0]!r} is the column of two parts; give a sensor or a quantity another name")
@@ -41,7 +88,17 @@ class Layout:
 
     @cached_property
     def states(self) -> tuple[str, ...]:
-        """Columns of the states."""
+        """Columns of the states; of a true plant those of its model, of its departures, and its own."""
+        return self._own_states if self.beyond is None else (*self.beyond.states, *self.extra)
+
+    @property
+    def extra(self) -> tuple[str, ...]:
+        """Columns that a true plant has and its model has not."""
+        assert self.beyond is not None
+        return tuple(name for name in self._own_states if name not in self.beyond.model.states)
+
+    @cached_property
+    def _own_states(self) -> tuple[str, ...]:
         shown = [name for s in self.sheet.sensors.values() for name in (s.true, s.ideal, s.name)]
         return (*self.sheet.columns(self.tick_s), *shown, *self.sheet.quantities)
 
@@ -56,14 +113,37 @@ class Layout:
     @cached_property
     def parameters(self) -> tuple[str, ...]:
         """Columns of the parameters: everything that a term names."""
-        return tuple(
-            sorted({str(leaf.value) for of in self.terms() for leaf in leaves(of) if leaf.op is Leaf.PARAMETER})
-        )
+        if self.beyond is not None:
+            return (*self.beyond.model.parameters, *self.beyond.departures.parameters)
+        named = {str(leaf.value) for leaf in leaves(*self.terms()) if leaf.op is Leaf.PARAMETER}
+        return tuple(sorted(sorted(named), key=_place(self.sheet.first)))
 
     @cached_property
     def measured(self) -> tuple[Disturbance, ...]:
         """Disturbances whose instrument says what they are."""
         return tuple(d for d in self.sheet.disturbances.values() if d.measured is not None)
+
+    @cached_property
+    def told(self) -> tuple[str, ...]:
+        """Columns of what is the case though no instrument need show it: states, memories, what is held, quantities."""
+        held = [each.columns if isinstance(each, Network) else (each.name,) for each in self.sheet.lags.values()
+                if isinstance(each, Hold | Network)]  # fmt: skip
+        return (*self.sheet.states, *self.sheet.memories, *(n for each in held for n in each), *self.sheet.quantities)
+
+    @cached_property
+    def rooms(self) -> Mapping[str, int]:
+        """Network -> where its numbers begin in the kernel's room; "" -> the size of that."""
+        rooms, at = {}, max(len(self.sheet.sensors), 1)
+        for each in self.sheet.lags.values():
+            if isinstance(each, Network):
+                rooms[each.name], at = at, at + room(len(each.junctions), len(each.branches))
+        return {**rooms, "": at}
+
+    @cached_property
+    def healthy(self) -> Mapping[Term, float]:
+        """What faults and time are where nothing is wrong, and nobody asks when."""
+        none = {Term(kind, value=n): 0.0 for n in self.sheet.faults for kind in (Leaf.FAULT, Leaf.AGE)}
+        return {**none, TIME: 0.0}
 
     @cached_property
     def column(self) -> Mapping[str, int]:
@@ -74,15 +154,16 @@ class Layout:
         """Every term that the kernel works out."""
         sheet = self.sheet
         yield from self.rates.values()
-        yield from (s.start for s in sheet.states.values())
+        yield sheet.parts
+        yield from (of for s in sheet.states.values() for of in (s.start, s.usual))
         for a in sheet.actuators.values():
             yield from (*a.lags, *([] if a.automatic is None else [a.automatic]))
         for c in sheet.controllers.values():
-            yield from (c.forward, *([] if c.setpoint is None else [c.setpoint]))
+            yield from c.terms()
             yield from (c.gain(kind) for kind in ("Kp", "Ki", *(["Kd"] if c.derivative else [])))
         yield from (m.update for m in sheet.memories.values())
         for each in sheet.lags.values():
-            yield each.of
+            yield from each.terms if isinstance(each, Network) else (each.of,)
             tau = getattr(each, "tau", None)
             if tau is not None:
                 yield tau
@@ -90,5 +171,10 @@ class Layout:
             yield Term(Leaf.PARAMETER, value=d.name)
             yield from (of for of in (d.sd, d.tau) if of is not None)
         for s in sheet.sensors.values():
-            yield from (s.of, s.bias, s.noise)
+            yield from (s.of, s.bias, s.noise, s.off)
         yield from (q.of for q in sheet.quantities.values())
+
+
+def _place(first: tuple[str, ...]) -> Callable[[str], int]:
+    """Place of a column: where it stands in ``first``, or behind all of them."""
+    return lambda name: first.index(name) if name in first else len(first)

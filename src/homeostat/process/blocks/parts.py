@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from homeostat.process.blocks.term import Leaf, Term
+from homeostat.process.blocks.term import ZERO, Leaf, Term
 
 
 def held(name: str) -> Term:
-    """The column ``name`` as it stands for a second."""
+    """The column ``name`` as it stands for a tick."""
     return Term(Leaf.HELD, value=name)
 
 
@@ -27,6 +28,8 @@ class State:
     """Where it stands at the start of a run, over parameters."""
     least: float | None
     """What it cannot fall below, in its unit."""
+    usual: Term
+    """Where it is taken to be where no instrument tells, over parameters."""
 
     @property
     def term(self) -> Term:
@@ -38,7 +41,7 @@ class State:
 class Actuator:
     """A valve, a pump or a heater: it follows a command from 0 to 1 with first-order lags.
 
-    du/dt = (command - u) / tau for each lag, exact for a command that is held for a second.
+    du/dt = (command - u) / tau for each lag, exact for a command that is held for a tick.
     """
 
     name: str
@@ -48,6 +51,8 @@ class Actuator:
     """What commands it where nobody does by hand; None where it is commanded from outside only."""
     start: float
     """Opening [1] at the start of a run."""
+    faults: Mapping[str, str]
+    """``weak``, ``stuck_open`` or ``stuck_closed`` -> what the plant's tables call that fault, where otherwise."""
 
     @property
     def position(self) -> Term:
@@ -72,22 +77,39 @@ class Actuator:
     @property
     def weak(self) -> str:
         """Fault: it has lost the share ``severity`` of its capacity."""
-        return f"{self.name}_weak"
+        return self.faults.get("weak", f"{self.name}_weak")
 
     @property
     def stuck_open(self) -> str:
         """Fault: it stays at ``severity`` of its travel."""
-        return f"{self.name}_stuck_open"
+        return self.faults.get("stuck_open", f"{self.name}_stuck_open")
 
     @property
     def stuck_closed(self) -> str:
         """Fault: it stays at 1 - ``severity`` of its travel."""
-        return f"{self.name}_stuck_closed"
+        return self.faults.get("stuck_closed", f"{self.name}_stuck_closed")
 
     @property
     def positions(self) -> tuple[str, ...]:
         """Columns of its lags; the last one is its position."""
         return (*(f"{self.name}_lag{k}" for k in range(1, len(self.lags))), f"{self.name}_position")
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """How a controller's output becomes a command, where that is more than the output itself."""
+
+    least: Term = ZERO
+    """Lowest output [1]."""
+    beside: Term = ZERO
+    """What is added to the output, as a feed-forward that the controller only trims [1]."""
+    rests: Term | None = None
+    """Condition under which something else commands and the integral term stays as it is; None for never."""
+
+    @property
+    def plain(self) -> bool:
+        """Whether the output is the command, or one of several that the command is chosen among."""
+        return self == Law()
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +130,7 @@ class Controller:
     setpoint: Term | None
     """Where the setpoint comes from where nobody gives one (a ratio, another controller); None: from outside only."""
     derivative: bool
+    law: Law
 
     @property
     def given(self) -> str:
@@ -134,6 +157,11 @@ class Controller:
         """Column of the error before, where it has a derivative."""
         return f"{self.name}_last"
 
+    def terms(self) -> tuple[Term, ...]:
+        """What it is given beside its reading: feed-forward, setpoint, and what its law has."""
+        optional = [each for each in (self.setpoint, self.law.rests) if each is not None]
+        return (self.forward, self.law.least, self.law.beside, *optional)
+
     def gain(self, kind: str) -> Term:
         """Its proportional (``Kp``), integral (``Ki``) or derivative (``Kd``) gain, a parameter."""
         return Term(Leaf.PARAMETER, value=f"{kind}_{self.name}")
@@ -141,7 +169,7 @@ class Controller:
 
 @dataclass(frozen=True, slots=True)
 class Lag:
-    """A quantity that follows another one: dy/dt = (of - y) / tau, exact for what is held for a second."""
+    """A quantity that follows another one: dy/dt = (of - y) / tau, exact for what is held for a tick."""
 
     name: str
     of: Term
@@ -168,13 +196,67 @@ class Delay:
 
 
 @dataclass(frozen=True, slots=True)
+class Hold:
+    """A quantity as it is at the start of a tick, which stays for that tick."""
+
+    name: str
+    of: Term
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """What lies between two places of a network."""
+
+    name: str
+    """Column of its flow [L/s]."""
+    kind: float
+    """As the solver knows it."""
+    ends: tuple[Term, Term]
+    """Junctions, or heads that are given [m]."""
+    resistance: Term
+    """In m/(L/s)^2."""
+    pump: tuple[Term, Term, Term]
+    """Of a pump: a [m], b [m/(L/s)] and speed [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Network:
+    """Pipes, valves and pumps that meet in junctions; flows follow from the heads at the start of a tick."""
+
+    name: str
+    junctions: list[str]
+    """Columns of their heads [m]."""
+    branches: list[Branch]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Heads, then flows."""
+        return (*self.junctions, *(each.name for each in self.branches))
+
+    def numbers(self) -> Iterator[tuple[Term | float, ...]]:
+        """Of each branch what the solver takes, in its order."""
+        heads = {held(name): float(i) for i, name in enumerate(self.junctions)}
+        for each in self.branches:
+            at = tuple(heads.get(end, -1.0) for end in each.ends)
+            given = tuple(ZERO if end in heads else end for end in each.ends)
+            yield (each.kind, *at, *given, each.resistance, *each.pump)
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """What it follows from."""
+        return tuple(each for row in self.numbers() for each in row if isinstance(each, Term))
+
+
+@dataclass(frozen=True, slots=True)
 class Memory:
-    """A number that a rule gives anew each second, before controllers act: a latch, a switch with hysteresis."""
+    """A number that a rule gives anew each tick, before controllers act: a latch, a switch with hysteresis."""
 
     name: str
     start: float
     update: Term
     """What it becomes, over what was measured last, what is commanded, and itself."""
+    usual: float
+    """What it is taken to be where nothing tells."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,7 +274,7 @@ class Disturbance:
 
     @property
     def now(self) -> Term:
-        """What it is this second."""
+        """What it is in this tick."""
         return held(f"{self.name}_now")
 
     @property
@@ -220,16 +302,12 @@ class Sensor:
     """Smallest difference that it shows, in its unit; 0 for none."""
     every_s: float
     """Seconds between two readings: an analyser has its time."""
-
-    @property
-    def bias(self) -> Term:
-        """Calibration error, a parameter."""
-        return Term(Leaf.PARAMETER, value=f"bias_{self.name}")
-
-    @property
-    def noise(self) -> Term:
-        """Standard deviation of its noise, a parameter."""
-        return Term(Leaf.PARAMETER, value=f"sd_{self.name}")
+    bias: Term
+    """Calibration error, a parameter."""
+    noise: Term
+    """Standard deviation of its noise, a parameter."""
+    off: Term
+    """What faults of its own add to what it shows, in its unit."""
 
     @property
     def true(self) -> str:

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.process.blocks.control import follows
+from homeostat.process.blocks.control import Follows, follows
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import Actuator, Controller
-from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate
+from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate, leaves
 from homeostat.process.equipment import pid_integral
 from homeostat.process.types import Table, Vec
 
@@ -22,7 +22,7 @@ def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec
     worked out from row k - 1; ``parameters``: shape (parameters,).
     """
     values = {Term(Leaf.PARAMETER, value=n): float(v) for n, v in zip(layout.parameters, parameters, strict=True)}
-    values |= {TICK: layout.tick_s} | {Term(Leaf.FAULT, value=n): 0.0 for n in layout.sheet.faults}
+    values |= {TICK: layout.tick_s, **layout.healthy}
     recorded = {Term(Leaf.HELD, value=n): v[:-1] for n, v in readings.items() if n in layout.column}
     recorded |= {Term(Leaf.INPUT, value=n): v[:-1] for n, v in readings.items() if n in layout.inputs}
     for name, i in layout.column.items():
@@ -30,7 +30,9 @@ def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec
     for c in layout.sheet.controllers.values():
         known = {**values, **recorded}
         setpoint = np.array(readings.get(c.given, np.full(len(readings[c.measured]), np.nan))[:-1], dtype=np.float64)
-        if c.setpoint is not None:
+        if c.setpoint is not None and Term(Leaf.INPUT, value=c.given) in leaves(c.setpoint):
+            setpoint = np.broadcast_to(evaluate(c.setpoint, known), setpoint.shape)
+        elif c.setpoint is not None:
             setpoint = np.where(np.isnan(setpoint), evaluate(c.setpoint, known), setpoint)
         error = c.acts * (readings[c.measured][:-1] - setpoint)
         forward = np.broadcast_to(np.asarray(evaluate(c.forward, known), dtype=np.float64), error.shape)
@@ -42,33 +44,47 @@ def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec
         if given is None:
             continue
         states[:, at[str(c.output.value)]] = given[0][-1]
-        tuning = values[c.gain("Kp")], values[c.gain("Ki")] * layout.tick_s
+        reset = values[c.gain("Ki")] * layout.tick_s
+        tuning = values[c.gain("Kp")], reset, float(evaluate(c.law.least, values))
         states[:, at[c.integral]] = _integral(error, forward, *given, tuning)
 
 
 def _output(
     c: Controller, layout: Layout, readings: Mapping[str, Vec], known: dict[Term, object], rows: int
-) -> tuple[Vec, NDArray[np.bool_]] | None:
-    """What the controller's output was by the record, and in which rows it was given by hand; None if nothing tells."""
-    _, moved, inner = follows(c, layout)
+) -> tuple[Vec, NDArray[np.bool_], NDArray[np.bool_]] | None:
+    """What the controller's output was by the record, in which rows it is known to be it, and in which it was by hand.
+
+    None if nothing tells.
+    """
+    how, moved, inner = follows(c, layout)
     for a in sorted(moved, key=lambda a: _at_last_by_hand(a, readings)):
         if a.command not in readings:
             continue
         by_hand = ~np.isnan(readings[a.manual][1:]) if a.manual in readings else np.zeros(rows, dtype=np.bool_)
         assert a.automatic is not None
-        return _inverse(a.automatic, c.output, readings[a.command][1:], known), by_hand
+        command = readings[a.command][1:]
+        if how is Follows.BY_HAND:
+            return command - evaluate(c.law.beside, known), (command > 0.0) & (command < 1.0), by_hand
+        output = _inverse(a.automatic, c.output, command, known)
+        return output, _inside(output), by_hand
     for i in inner:
         assert i.setpoint is not None
         used = readings.get(i.given)
         reading = readings[i.measured][1:]
         target = reading if used is None else np.where(np.isnan(used[1:]), reading, used[1:])
-        return _inverse(i.setpoint, c.output, target, known), np.zeros(rows, dtype=np.bool_)
+        output = _inverse(i.setpoint, c.output, target, known)
+        return output, _inside(output), np.zeros(rows, dtype=np.bool_)
     return None
 
 
 def _at_last_by_hand(a: Actuator, readings: Mapping[str, Vec]) -> bool:
     """Whether the last command of an actuator says nothing of the output that others follow."""
     return a.manual in readings and not np.isnan(readings[a.manual][-1])
+
+
+def _inside(output: Vec) -> NDArray[np.bool_]:
+    """Rows in which an output is inside its limits, and so tells what it was worked out from."""
+    return np.asarray((output > 1e-9) & (output < 1.0 - 1e-9))
 
 
 def _inverse(of: Term, output: Term, wanted: Vec, known: dict[Term, object]) -> Vec:
@@ -83,18 +99,27 @@ def _inverse(of: Term, output: Term, wanted: Vec, known: dict[Term, object]) -> 
     return np.asarray(0.5 * (low + high))
 
 
-def _integral(error: Vec, forward: Vec, output: Vec, by_hand: NDArray[np.bool_], tuning: tuple[float, float]) -> float:
+def _integral(
+    error: Vec,
+    forward: Vec,
+    output: Vec,
+    known: NDArray[np.bool_],
+    by_hand: NDArray[np.bool_],
+    tuning: tuple[float, float, float],
+) -> float:
     """The integral term after the last row, followed from the last row in which the output tells it.
 
-    ``tuning``: gain, and reset per tick. It does where the output is inside its limits, or by hand.
+    It does where the output is ``known``, or by hand. ``tuning``: gain, reset per tick, and the lowest output.
     """
-    gain, reset = tuning
-    told = np.flatnonzero(((output > 1e-9) & (output < 1.0 - 1e-9)) | by_hand)
+    gain, reset, least = tuning
+    told = np.flatnonzero(known | by_hand)
     first = int(told[-1]) if told.size else 0
     integral = float(output[first] - forward[first] - gain * error[first])
     if by_hand[-1]:
         return integral
+    if not told.size:
+        integral = min(max(integral, least - forward[first]), 1.0 - forward[first])
     rest = slice(first + int(by_hand[first]), None)
     for e, f in zip(error[rest].tolist(), forward[rest].tolist(), strict=True):
-        integral = pid_integral(e, integral + f, gain, reset, 0.0, 1.0, 1.0) - f
+        integral = pid_integral(e, integral + f, gain, reset, least, 1.0, 1.0) - f
     return min(max(integral, -1.0), 1.0)

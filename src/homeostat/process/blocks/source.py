@@ -11,9 +11,10 @@ from collections.abc import Iterator, Sequence
 from typing import Final, final
 
 from homeostat.process.blocks.control import conclude, control
+from homeostat.process.blocks.hydraulics.solver import ENOUGH
 from homeostat.process.blocks.layout import Layout
-from homeostat.process.blocks.parts import Actuator, Delay, Disturbance, Lag, Sensor
-from homeostat.process.blocks.term import TICK, Leaf, Term
+from homeostat.process.blocks.parts import Actuator, Delay, Disturbance, Hold, Lag, Network, Sensor, State
+from homeostat.process.blocks.term import TICK, TIME, ZERO, Leaf, Term, leaves, maximum
 from homeostat.process.blocks.writing import EACH_TICK, MEMBER, Scope, function
 from homeostat.process.moving import SAME_S
 
@@ -44,10 +45,18 @@ class _Source:
         held = {Term(Leaf.HELD, value=n): f"xm[{i}]" for i, n in enumerate(layout.states)}
         inputs = {Term(Leaf.INPUT, value=n): f"um[k, {i}]" for i, n in enumerate(layout.inputs)}
         faults = {Term(Leaf.FAULT, value=n): "0.0" for n in layout.sheet.faults}
+        faults |= {Term(Leaf.AGE, value=n): "0.0" for n in layout.sheet.faults}
         faults |= {Term(Leaf.FAULT, value=n): f"f{i}" for i, n in enumerate(layout.faults)}
+        faults |= {Term(Leaf.AGE, value=n): f"a{i}" for i, n in enumerate(layout.faults)}
+        late = {Term(Leaf.FAULT, value=n): f"g{i}" for i, n in enumerate(layout.faults)}
+        self._beyond = layout.beyond
+        self._used = leaves(*layout.terms())
+        self._off = leaves(*(s.off for s in layout.sheet.sensors.values()))
         self._member = Scope(parameters | {TICK: self._tick}, MEMBER, "w")
-        states = {state: f"xm[{i}]" for i, state in enumerate(self._states)}
-        self._each = Scope(held | inputs | faults | states, EACH_TICK, "s", self._member)
+        states = {state: f"xm[{self._at[str(state.value)]}]" for state in self._states}
+        known = held | inputs | faults | states | {TIME: "t"}
+        self._each = Scope(known, EACH_TICK, "s", self._member)
+        self._shown = Scope(known | late, EACH_TICK, "z", self._member)
 
     def text(self) -> str:
         """The whole source."""
@@ -55,7 +64,7 @@ class _Source:
         shown = [*(s.of for s in self._sheet.sensors.values()), *(q.of for q in self._sheet.quantities.values())]
         measures, wants = function("measures", self._states, shown)
         body = self._whole_tick(needs, wants)
-        physical = " and ".join(f"-{_MOST} < xm[{i}] < {_MOST}" for i in range(len(self._states)))
+        physical = " and ".join(map(self._possible, self._sheet.states.values()))
         lines = [
             *slopes, "", *measures, "", *_HEAD,
             f"        if not ({physical}):",
@@ -76,9 +85,17 @@ class _Source:
         ]  # fmt: skip
         return "\n".join(lines) + "\n"
 
+    def _possible(self, state: State) -> str:
+        """The condition under which a state is one of a plant."""
+        least = f"-{_MOST} <" if state.least is None else f"{state.least!r} <="
+        return f"{'0.0 <' if state.unit == 'K' else least} xm[{self._at[state.name]}] < {_MOST}"
+
     def _whole_tick(self, needs: Sequence[Term], wants: Sequence[Term]) -> list[str]:
         scope = self._each
         scope.say(*(f"f{i} = sm[{i}] if t >= om[{i}] - {SAME_S!r} else 0.0" for i in range(len(self._layout.faults))))
+        for i, name in enumerate(self._layout.faults):
+            if Term(Leaf.AGE, value=name) in self._used:
+                scope.say(f"a{i} = t - om[{i}] if t >= om[{i}] - {SAME_S!r} else 0.0")
         for m in self._sheet.memories.values():
             scope.say(f"xm[{self._at[m.name]}] = {scope.name(m.update)}")
             scope = scope.forget()
@@ -94,13 +111,27 @@ class _Source:
         scope = scope.forget()
         for each in self._sheet.lags.values():
             self._follow(each, scope)
-        scope = scope.forget()
+            scope = scope.forget()
         self._integrate([scope.name(each) for each in needs], scope)
         given = [*(f"y{i}" for i in range(len(self._states))), *(scope.name(each) for each in wants)]
         named = [f"q{i}" for i in range(len(self._sheet.sensors) + len(self._sheet.quantities))]
         scope.say(f"{', '.join(named)}, = measures({', '.join(given)})", f"tick = math.floor(t / {self._tick} + 1.5)")
+        for i, name in enumerate(self._layout.faults):
+            if Term(Leaf.FAULT, value=name) in self._off:  # what an instrument does wrong shows at the end of the tick
+                scope.say(f"g{i} = sm[{i}] if t + {self._tick} >= om[{i}] - {SAME_S!r} else 0.0")
+        shown = () if self._beyond is None else self._beyond.departures.instruments
+        columns = f"({', '.join(str(self._at[name]) for name in shown)},)"
+        if self._beyond is not None:
+            behind, first = self._beyond.behind()
+            scope.say(f"restore(xm, {columns}, {behind})")
         for i, s in enumerate(self._sheet.sensors.values()):
             scope.say(*self._show(s, i))
+        ideal = [f"xm[{self._at[self._sheet.sensors[name].ideal]}]" for name in shown]
+        if self._beyond is not None:
+            scope.say(*(f"work[{i}] = {column}" for i, column in enumerate(ideal)))
+            law = self._beyond.first_parameter
+            scope.say(f"show(xm, {columns}, work, {behind}, pm, {first}, {law}, seed, int(tick))")
+            scope.say(*(f"{column} = work[{i}]" for i, column in enumerate(ideal)))
         for i, name in enumerate(self._sheet.quantities, start=len(self._sheet.sensors)):
             scope.say(f"xm[{self._at[name]}] = q{i}")
         return scope.lines
@@ -111,7 +142,9 @@ class _Source:
         scope.say(f"by_hand = um[k, {self._layout.inputs.index(a.manual)}]")
         automatic = command if a.automatic is None else scope.name(a.automatic)
         scope.say(f"{command} = clip({automatic} if math.isnan(by_hand) else by_hand, 0.0, 1.0)", f"go = {command}")
-        for name, where in ((a.stuck_open, "{}"), (a.stuck_closed, "1.0 - {}")):
+        if self._beyond is not None and (place := self._beyond.before(a.name)) is not None:
+            scope.say(f"go = reached({command}, xm, {place[0]}, pm, {place[1]}, {self._tick})")
+        for name, where in ((a.stuck_closed, "1.0 - {}"), (a.stuck_open, "{}")):
             if name in self._layout.faults:
                 active = f"f{self._layout.faults.index(name)}"
                 scope.say(f"if {active} > 0.0:", f"    go = {where.format(active)}")
@@ -129,15 +162,14 @@ class _Source:
 
     def _disturb(self, d: Disturbance, channel: int, scope: Scope) -> None:
         mean = self._member.name(Term(Leaf.PARAMETER, value=d.name))
-        now, noise = f"xm[{self._at[str(d.now.value)]}]", f"xm[{self._at[d.coloured]}]"
-        sd = None if d.sd is None else scope.name(d.sd)
+        now, sd = f"xm[{self._at[str(d.now.value)]}]", None if d.sd is None else scope.name(d.sd)
+        noise = "" if sd is None else f"xm[{self._at[d.coloured]}]"
         if sd is None:
             scope.say(f"{now} = {mean}")
         else:
-            share = "1.0" if d.tau is None else self._share(d.tau)
-            drawn = (
-                f"{noise} += {share} * (loud * normal(seed, math.floor(t / {self._tick} + 0.5), {channel}) - {noise})"
-            )
+            share = "1.0" if d.tau is None else self._share(maximum(d.tau, 1e-6))
+            now_tick = f"math.floor(t / {self._tick} + 0.5)"
+            drawn = f"{noise} += {share} * (loud * normal(seed, {now_tick}, {channel}) - {noise})"
             scope.say("if loud > 0.0:", f"    {drawn}", f"{now} = {mean} + {sd} * {noise}")
         if d.measured is not None:
             sensor = self._sheet.sensors[d.measured]
@@ -148,9 +180,15 @@ class _Source:
             if sd is not None:
                 scope.say(f"    if {sd} > 0.0:", f"        {noise} = ({now} - {mean}) / {sd}")
 
-    def _follow(self, each: Lag | Delay, scope: Scope) -> None:
-        """A lag, or a dead time, by a tick."""
+    def _follow(self, each: Lag | Delay | Hold | Network, scope: Scope) -> None:
+        """A lag, or a dead time, by a tick; what is held through it."""
+        if isinstance(each, Network):
+            self._flow(each, scope)
+            return
         value = scope.name(each.of)
+        if isinstance(each, Hold):
+            scope.say(f"xm[{self._at[each.name]}] = {value}")
+            return
         if isinstance(each, Lag):
             own = f"xm[{self._at[each.name]}]"
             scope.say(f"{own} += {self._share(each.tau)} * ({value} - {own})")
@@ -159,30 +197,43 @@ class _Source:
         first, last = self._at[columns[0]], self._at[columns[-1]]
         scope.say(f"for j in range({first}, {last}):", "    xm[j] = xm[j + 1]", f"xm[{last}] = {value}")
 
+    def _flow(self, network: Network, scope: Scope) -> None:
+        """Heads and flows of a network, by its solver."""
+        at, n = self._layout.rooms[network.name], len(network.branches)
+        rows = [each for row in network.numbers() for each in row]
+        numbers = [scope.name(each) if isinstance(each, Term) else repr(each) for each in rows]
+        scope.say(*(f"work[{at + i}] = {number}" for i, number in enumerate(numbers)))
+        scope.say(f"if not solve_network(work, {at}, {len(network.junctions)}, {n}) <= {ENOUGH!r}:")
+        scope.say(f"    broken_at[m] = t + {self._tick}", "    break")
+        found = at + len(numbers)
+        scope.say(*(f"xm[{self._at[name]}] = work[{found + i}]" for i, name in enumerate(network.columns)))
+
     def _integrate(self, given: Sequence[str], scope: Scope) -> None:
         """Runge-Kutta 4 over a tick with everything held that is no state."""
-        n, parts = len(self._states), self._sheet.parts
-        ys = [f"y{i}" for i in range(n)]
-        scope.say(*(f"{y} = xm[{i}]" for i, y in enumerate(ys)))
+        ys = [f"y{i}" for i in range(len(self._states))]
+        columns = [f"xm[{self._at[name]}]" for name in self._sheet.states]
+        parts = scope.name(self._sheet.parts)
+        scope.say(*(f"{y} = {column}" for y, column in zip(ys, columns, strict=True)))
         inner = list(_runge_kutta(ys, given))
-        if parts == 1:
+        if parts == "1.0":
             scope.say(f"h = {self._tick}", *inner)
         else:
-            scope.say(
-                f"h = {self._layout.tick_s / parts!r}", f"for _ in range({parts}):", *(f"    {line}" for line in inner)
-            )
+            rounds = f"for _ in range(int({parts})):"
+            scope.say(f"h = {self._tick} / {parts}", rounds, *(f"    {line}" for line in inner))
         for i, state in enumerate(self._sheet.states.values()):
             if state.least is not None:
                 scope.say(f"y{i} = max(y{i}, {state.least!r})")
-        scope.say(*(f"xm[{i}] = {y}" for i, y in enumerate(ys)))
+        scope.say(*(f"{column} = {y}" for y, column in zip(ys, columns, strict=True)))
 
     def _show(self, s: Sensor, channel: int) -> Iterator[str]:
         """What a transmitter shows of ``q`` at the end of the tick."""
         bias, sd = self._member.name(s.bias), self._member.name(s.noise)
         true, ideal, shown = (f"xm[{self._at[name]}]" for name in (s.true, s.ideal, s.name))
+        off = "" if s.off == ZERO else f" + {self._shown.name(s.off)}"
+        yield from self._shown.taken()
         noise = f"noisy * {sd} * normal(seed, tick, {channel})"
         yield f"{true} = q{channel}"
-        yield f"{ideal} = {true} * (1.0 + {bias})" if s.relative else f"{ideal} = {true} + {bias}"
+        yield f"{ideal} = {true} * (1.0 + {bias}){off}" if s.relative else f"{ideal} = {true} + {bias}{off}"
         every = max(round(s.every_s / self._layout.tick_s), 1)
         within = "" if every == 1 else "    "
         if within:

@@ -29,6 +29,10 @@ class Leaf(Enum):
     """Severity of a fault that has begun, else 0."""
     TICK = "tick"
     """Time between two samples of the plant [s]."""
+    AGE = "age"
+    """Seconds since a fault began, else 0."""
+    TIME = "time"
+    """Seconds since the plant was started."""
 
 
 @final
@@ -96,6 +100,12 @@ class Term:
     def __abs__(self) -> Term:
         return Term("abs", (self,))
 
+    def __and__(self, other: Term) -> Term:
+        return Term("and", (_condition(self), _condition(other)))
+
+    def __or__(self, other: Term) -> Term:
+        return Term("or", (_condition(self), _condition(other)))
+
     def __lt__(self, other: Operand) -> Term:
         return Term("lt", (self, term(other)))
 
@@ -137,6 +147,8 @@ ZERO: Final = Term("number", value=0.0)
 ONE: Final = Term("number", value=1.0)
 TICK: Final = Term(Leaf.TICK)
 """The time between two samples of the plant [s]."""
+TIME: Final = Term(Leaf.TIME, value="time")
+"""Seconds since the plant was started."""
 
 
 def _folded(op: str, a: Term, b: Term) -> Term:
@@ -186,15 +198,21 @@ def limited(value: Operand, low: Operand, high: Operand) -> Term:
 
 def where(condition: Term, then: Operand, otherwise: Operand) -> Term:
     """``then`` where the comparison ``condition`` holds, else ``otherwise``; both are worked out."""
-    if not isinstance(condition, Term) or condition.op not in ("lt", "le"):
-        raise TypeError(f"{condition!r:.100} is no comparison; write one, as where(V > 0.1, then, otherwise)")
-    return Term("where", (condition, term(then), term(otherwise)))
+    return Term("where", (_condition(condition), term(then), term(otherwise)))
+
+
+def _condition(of: Term) -> Term:
+    """``of``; TypeError where it is no comparison, nor several of them with ``&`` and ``|``."""
+    if not isinstance(of, Term) or of.op not in ("lt", "le", "and", "or"):
+        raise TypeError(f"{of!r:.100} is no comparison; write one, as where(V > 0.1, then, otherwise)")
+    return of
 
 
 NUMPY: Final[Mapping[str, Any]] = {
     "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "pow": np.power, "abs": np.abs,
     "exp": np.exp, "log": np.log, "sqrt": lambda a: np.sqrt(np.maximum(a, 0.0)), "min": np.minimum, "max": np.maximum,
     "unit": lambda a: a, "lt": np.less, "le": np.less_equal, "where": np.where,
+    "and": np.logical_and, "or": np.logical_or,
 }  # fmt: skip
 """Operation -> what carries it out on arrays."""
 

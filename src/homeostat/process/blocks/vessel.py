@@ -20,42 +20,64 @@ from homeostat.process.blocks.term import TICK, ZERO, Operand, Term, maximum, mi
 class Vessel:
     """What is in one vessel; its methods add what flows, heats and reacts."""
 
-    def __init__(self, sheet: Flowsheet, name: str, unit: str, start: Operand, heel: float = 0.1) -> None:
-        """State ``NAME_V`` [``unit``] from ``start`` on; something is divided by no less than ``heel`` of it."""
+    def __init__(
+        self, sheet: Flowsheet, name: str, unit: str, start: Operand, heel: float = 0.1, leak: Term | None = None
+    ) -> None:
+        """State ``NAME_V`` [``unit``] from ``start`` on; something is divided by no less than ``heel`` of it.
+
+        With an empty ``name``, as of the only vessel, the state is ``V``. ``leak``: what leaks; where it is left out,
+        the severity [1/s] of the fault ``NAME_leak`` times the volume.
+        """
         if not 0.0 < heel < float("inf"):
             raise FlowsheetError(f"vessel {name}: heel = {heel} {unit} must be more than 0")
         self.name = name
         """Name of the equipment."""
-        self.volume = sheet.state(f"{name}_V", unit, start, least=0.0)
+        self.volume = sheet.state(self._column("V"), unit, start, least=0.0)
         """Liquid in it."""
         self.temperature: Term | None = None
         """Its temperature; None where nobody asked for it."""
-        self.leak = sheet.fault(f"{name}_leak") * self.volume
-        """What leaks: the fault's severity [1/s] times the volume."""
+        self.leak = sheet.fault(self._column("leak")) * self.volume if leak is None else leak
+        """What leaks."""
         self._sheet, self._heel = sheet, number(heel, unit)
         self._inflows: list[tuple[Term, Term | None, Mapping[str, Operand]]] = []
         self._outflows: list[Term] = [self.leak]
         self._heat: list[Term] = []
+        self._reacted: list[Term] = []
         self._capacity: Term | None = None
         self._reacting: dict[str, list[Term]] = {}
         sheet.rate(self.volume, self._volume_rate)
 
+    def _column(self, what: str) -> str:
+        return f"{self.name}_{what}" if self.name else what
+
     @property
     def wet(self) -> Term:
         """Its volume where something is divided by it: never less than the heel, or than what comes in in a tick."""
-        inflow = sum((flow for flow, _, _ in self._inflows), ZERO)
-        return maximum(self.volume, maximum(self._heel, inflow * TICK))
+        return maximum(self.volume, maximum(self._heel, self.inflow * TICK))
+
+    @property
+    def outflow(self) -> Term:
+        """Everything that leaves it."""
+        return sum(self._outflows, ZERO)
+
+    @property
+    def inflow(self) -> Term:
+        """Everything that is fed."""
+        return sum((flow for flow, _, _ in self._inflows), ZERO)
 
     def heated(self, start: Operand, capacity: Operand, unit: str = "K") -> Term:
         """Keep account of its temperature [``unit``]; ``capacity``: heat that a unit of volume takes up per kelvin."""
-        self.temperature = self._sheet.state(f"{self.name}_T", unit, start)
+        self.temperature = self._sheet.state(self._column("T"), unit, start)
         self._capacity = term(capacity)
         self._sheet.rate(self.temperature, self._temperature_rate)
         return self.temperature
 
-    def holds(self, species: str, unit: str, start: Operand = 0.0) -> Term:
-        """Keep account of a concentration [``unit``], ``NAME_SPECIES``."""
-        made = self._sheet.state(f"{self.name}_{species}", unit, start, least=0.0)
+    def holds(self, species: str, unit: str, start: Operand = 0.0, usual: Operand | None = None) -> Term:
+        """Keep account of a concentration [``unit``], ``NAME_SPECIES``.
+
+        ``usual``: what it is taken to be where a plant is found running and no instrument tells.
+        """
+        made = self._sheet.state(self._column(species), unit, start, least=0.0, usual=usual)
         self._reacting[species] = []
         self._sheet.rate(made, lambda: self._species_rate(species, made))
         return made
@@ -68,9 +90,12 @@ class Vessel:
 
     def draw(self, flow: Term) -> Term:
         """``flow`` leaves, and never more than half of what is there in a tick; gives what does."""
-        out = minimum(flow, self.volume / (2.0 * TICK))
-        self._outflows.append(out)
-        return out
+        return self.release(minimum(flow, self.volume / (2.0 * TICK)))
+
+    def release(self, flow: Term) -> Term:
+        """``flow`` leaves as it is: who states it sees to it that it is no more than there is."""
+        self._outflows.append(flow)
+        return flow
 
     def heat(self, power: Term) -> None:
         """``power`` heats it; what is negative cools it."""
@@ -85,10 +110,10 @@ class Vessel:
             if name not in self._reacting:
                 raise FlowsheetError(f"vessel {self.name} holds no {name!r}; say so with holds(...) first")
             self._reacting[name].append(factor * rate)
-        self._heat.append(-term(heat) * rate * self.volume)
+        self._reacted.append(-term(heat) * rate)
 
     def _volume_rate(self) -> Term:
-        return sum((flow for flow, _, _ in self._inflows), ZERO) - sum(self._outflows, ZERO)
+        return self.inflow - self.outflow
 
     def _temperature_rate(self) -> Term:
         assert self.temperature is not None and self._capacity is not None
@@ -97,8 +122,8 @@ class Vessel:
             if warm is None:
                 raise FlowsheetError(f"vessel {self.name} is heated, and a feed has no temperature; state it")
             mixed = mixed + flow * (warm - self.temperature)
-        heat = sum(self._heat, ZERO)
-        return mixed / self.wet if heat == ZERO else mixed / self.wet + heat / (self.wet * self._capacity)
+        heat, reacted = sum(self._heat, ZERO), sum(self._reacted, ZERO)
+        return mixed / self.wet + reacted / self._capacity + heat / (self.wet * self._capacity)
 
     def _species_rate(self, species: str, now: Term) -> Term:
         mixed = ZERO

@@ -13,15 +13,12 @@ _CODE: Final[Mapping[str, str]] = {
     "add": "{} + {}", "sub": "{} - {}", "mul": "{} * {}", "div": "{} / {}", "pow": "math.pow({}, {})", "abs": "abs({})",
     "exp": "math.exp({})", "log": "math.log({})", "sqrt": "math.sqrt(max({}, 0.0))", "min": "min({}, {})",
     "max": "max({}, {})", "unit": "{}", "lt": "{} < {}", "le": "{} <= {}", "where": "{1} if {0} else {2}",
+    "and": "{} and {}", "or": "{} or {}",
 }  # fmt: skip
 _OFTEN: Final = {
-    Leaf.PARAMETER: MEMBER,
-    Leaf.TICK: MEMBER,
-    Leaf.INPUT: EACH_TICK,
-    Leaf.FAULT: EACH_TICK,
-    Leaf.HELD: EACH_TICK,
-    Leaf.STATE: STAGE,
-}
+    Leaf.PARAMETER: MEMBER, Leaf.TICK: MEMBER, Leaf.INPUT: EACH_TICK, Leaf.FAULT: EACH_TICK, Leaf.AGE: EACH_TICK,
+    Leaf.TIME: EACH_TICK, Leaf.HELD: EACH_TICK, Leaf.STATE: STAGE,
+}  # fmt: skip
 
 
 def how_often(term: Term) -> int:
@@ -68,6 +65,11 @@ class Scope:
     def say(self, *lines: str) -> None:
         """Add ``lines`` as they are."""
         self.lines.extend(lines)
+
+    def taken(self) -> list[str]:
+        """The lines so far, which are now somewhere else."""
+        lines, self.lines = self.lines, []
+        return lines
 
     def forget(self) -> Scope:
         """The same for what follows lines that changed columns: nothing that was worked out before is used again."""

@@ -20,6 +20,7 @@ from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.finding import Finding, Place, Severity
 from homeostat.process.batch import Batch, BatchResult, simulate, tick_of
 from homeostat.process.kernel import CompiledKernel
+from homeostat.process.model import written_in
 from homeostat.process.types import Table, Vec
 
 TICKS = 60
@@ -126,7 +127,7 @@ def of_model(bench: Bench, check: str, method: str, what: str, remedy: str) -> F
 
 def module_file(bench: Bench) -> str:
     """File in which the process model's class is."""
-    return f"{type(bench.plant.model).__module__.rpartition('.')[2]}.py"
+    return f"{written_in(bench.plant.model).rpartition('.')[2]}.py"
 
 
 @contextlib.contextmanager

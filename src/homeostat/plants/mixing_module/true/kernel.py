@@ -15,6 +15,7 @@ Hand check: n = 1.75 and q = 0.05 L/s give 3^0.25 = 1.316 times the resistance a
 from collections import namedtuple
 
 from homeostat.plants.mixing_module import kernel as model
+from homeostat.plants.mixing_module.hydraulics import ROOM
 from homeostat.plants.mixing_module.instruments import measure_line, measure_tanks
 from homeostat.plants.mixing_module.layout import FEEDS, F, P, S, U
 from homeostat.process.compiled import compiled
@@ -54,7 +55,7 @@ INSTRUMENTS = len(S) + ACTUATOR_STATES * COMMANDS
 DESIGN_FLOW = 0.15
 LEAST_FLOW = 0.02
 """Flow below which friction grows no more [L/s]."""
-LINE = 58
+LINE = 18 + ROOM
 """Numbers of room that the model's step takes."""
 
 

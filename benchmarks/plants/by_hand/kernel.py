@@ -1,4 +1,4 @@
-"""The reactor's equations, one simulated second at a time (compiled).
+"""The reactor's equations by hand, one simulated second at a time (compiled): what the one from blocks is measured by.
 
 States V [L], CA CB CC CD [mol/L], T [K]; A + D -> B with R1 = k1 CA CD, A -> C with R2 = k2 CA [mol/(L s)]:
 
@@ -17,7 +17,7 @@ Hand check: F1 = 1/30 L/s, UA u = 500 * 0.5076 W/K gives T = (4180 F1 350 + 290 
 import math
 from typing import NamedTuple, TypeAlias
 
-from homeostat.plants.cstr.layout import F, P, S, U
+from benchmarks.plants.by_hand.layout import F, P, S, U
 from homeostat.process.compiled import compiled
 from homeostat.process.equipment import (
     approach,

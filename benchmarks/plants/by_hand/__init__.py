@@ -1,0 +1,1 @@
+"""A kernel of the reactor as it would be written by hand: a yardstick, which no plant uses."""
