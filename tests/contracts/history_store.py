@@ -74,7 +74,7 @@ batches = st.lists(st.tuples(st.lists(samples, max_size=6), own_times), max_size
 
 
 class HistoryStoreContract:
-    """The contract. ``opened`` is the fixture that a test class provides."""
+    """The contract. A test class provides the fixtures ``opened``, ``anew`` (a new store each time) and ``reader``."""
 
     def test_what_was_appended_is_read_at_once_and_after_it_was_opened_again(self, opened: Open) -> None:
         kept = batch(plain("T1", T0, 1.5), plain("L1", T0, 2.5, SENSOR_FAILURE), plain("T1", T0 + S, 1.6))

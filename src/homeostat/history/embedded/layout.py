@@ -120,6 +120,15 @@ def hour_label(at_us: int) -> str:
     return (_EPOCH + timedelta(hours=hours)).strftime("%Y-%m-%dT%H").zfill(13)
 
 
+def sync(path: Path) -> None:
+    """Return when a file, or the names in a folder, are safe from a power cut."""
+    file = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(file)
+    finally:
+        os.close(file)
+
+
 def listed(store: Path, kind: str) -> Files:
     """The files of one ``kind`` that count now, and the segments of the log that are in none of them."""
     segments = _segments(store)  # first: what is moved meanwhile is then found in a table

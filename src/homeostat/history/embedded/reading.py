@@ -105,7 +105,8 @@ class EmbeddedHistory:
     def _steadily(self, work: Callable[[], T]) -> T:
         """What ``work`` returns; once more where a file has gone while it was reading."""
         for k in range(_TRIES):
-            time.sleep(k * _PAUSE_S)
+            if k:
+                time.sleep(k * _PAUSE_S)
             try:
                 with self._reading:
                     return work()

@@ -76,12 +76,11 @@ def by_tag(content: Content) -> Iterator[TagRows]:
 
 
 def compact(store: Path, current: str) -> None:
-    """Join the tables of hours that are over, and of days where tables are small; ``current``: label of this hour."""
+    """Join the tables of each hour that is over, and small ones of each day; ``current``: label of this hour."""
     _compact(store, ARRIVALS, _merge_arrivals, HOUR, current)
     _compact(store, RAW, _merge_raw, HOUR, current)
-    for length in (HOUR, DAY):
-        _compact(store, MINUTES, _merge_minutes, length, current)
-        _compact(store, EVENTS, _merge_occurrences, length, current)
+    _compact(store, MINUTES, _merge_minutes, DAY, current)
+    _compact(store, EVENTS, _merge_occurrences, DAY, current)
 
 
 def write_occurrences(path: Path, occurrences: Iterable[Occurrence]) -> None:
@@ -147,15 +146,17 @@ def _minute_rows(tag: str, minutes: Minutes) -> TagRows:
 
 
 def _compact(store: Path, kind: str, merge: Merge, length: int, current: str) -> None:
-    for label, group in groupby(listed(store, kind).tables, key=lambda table: table.label[:length]):
-        tables = list(group)
-        first, last = tables[0].first, tables[-1].last
+    """Join the tables of one hour, or one day, that follow one another, but for those of the ``current`` hour."""
+    tables = listed(store, kind).tables
+    for (label, still), group in groupby(tables, key=lambda t: (t.label[:length], t.label[:HOUR] == current)):
+        same = list(group)
+        first, last = same[0].first, same[-1].last
         # What is not sealed yet must not seem to be in a table that spans its number.
         waits = any(first <= s.number <= last for s in segments_of(store))
-        if len(tables) > 1 and label != current[:length] and not waits:
-            span = min(t.from_us for t in tables), max(t.to_us for t in tables)
-            merge(TableFile(first, last, label, *span, store / kind).path, [t.path for t in tables])
-            for table in tables:
+        if len(same) > 1 and not still and not waits:
+            span = min(t.from_us for t in same), max(t.to_us for t in same)
+            merge(TableFile(first, last, label, *span, store / kind).path, [t.path for t in same])
+            for table in same:
                 table.path.unlink(missing_ok=True)
 
 

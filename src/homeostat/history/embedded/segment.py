@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+from homeostat.history.embedded.layout import sync
 from homeostat.history.embedded.records import (
     HEADER,
     Gap,
@@ -39,6 +40,7 @@ class SegmentWriter:
         self.path = path
         self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
         self._size, self._numbers = 0, dict[str, int]()
+        self._named = False
         self.samples = 0
         """Samples in it."""
         self.occurrences = 0
@@ -69,6 +71,9 @@ class SegmentWriter:
     def sync(self) -> None:
         """Return when all of it is safe from a power cut."""
         os.fdatasync(self._file)
+        if not self._named:  # nor may the file's name be lost
+            sync(self.path.parent)
+            self._named = True
 
     def close(self) -> None:
         """Nothing more is added."""

@@ -112,7 +112,10 @@ class EmbeddedStore:
             with self._writing:
                 self._end_segment()
             self.sync()
-            self._tidying.tidy(self._number, hour_label(self._began_us), self._now_us())
+            try:
+                self._tidy()
+            except OSError as error:  # no room: the log keeps it, and the next to open the store makes tables of it
+                self._tell(f"tables of the history: {error}")
         finally:
             os.close(self._lock)
 

@@ -1,5 +1,6 @@
 """What is done beside: the log becomes tables, small tables become large ones, and what is not kept goes."""
 
+import os
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -36,15 +37,21 @@ def make(folder: Path) -> int:
     """
     folder.mkdir(parents=True, exist_ok=True)
     if not (folder / MARK).exists():
-        others = sorted(path.name for path in folder.iterdir() if path.name not in (SETTINGS, LOCK))
-        if others and not all(name.startswith(f".{MARK}") for name in others):
+        own = (SETTINGS, LOCK, LOG, *KINDS)  # a death may have come before the mark
+        others = sorted(p.name for p in folder.iterdir() if p.name not in own and not p.name.startswith(f".{MARK}"))
+        if others:
             text = f"{str(folder)!r} is no history, and holds {others[0]!r:.60}"
             raise HistoryError(f"{text}; choose a new or empty directory")
     lock = hold(folder)
-    if not (folder / MARK).exists():
-        write_whole(folder / MARK, FORMAT.encode())
-    refuse_other(folder)
-    (folder / LOG).mkdir(exist_ok=True)
+    try:
+        if not (folder / MARK).exists():
+            for name in (LOG, *KINDS):
+                (folder / name).mkdir(exist_ok=True)
+            write_whole(folder / MARK, FORMAT.encode())
+        refuse_other(folder)
+    except BaseException:
+        os.close(lock)
+        raise
     return lock
 
 
