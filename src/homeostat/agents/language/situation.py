@@ -15,10 +15,10 @@ from homeostat.domain.verdict import Finding
 
 SHOWN: Final = (Relation.MEASURES, Relation.SETS, Relation.DRIVES)
 """Relations of the tags that are shown: readings, setpoints and commands."""
-MEAN_S: Final = 15
+MEAN: Final = 15
 """Readings that a trend averages at either end."""
-TREND_S: Final = 60
-"""Time that a trend looks back [s]."""
+TREND: Final = 60
+"""Readings that a trend looks back."""
 MOST_FINDINGS: Final = 6
 """Most violated checks that are listed."""
 MOST_NEAR: Final = 4
@@ -110,18 +110,18 @@ def _tags(situation: Situation, plant: PlantDescription) -> str:
         value = situation.snapshot.values.get(signal.tag.name, math.nan)
         if signal.relation in SHOWN and math.isfinite(value):
             unit = "" if signal.tag.unit == "1" else f" {signal.tag.unit}"
-            change = _trend(situation.recent, signal.tag.name)
+            change = _trend(situation.recent, signal.tag.name, plant.timing.tick_s)
             moving = change is not None and abs(change) >= 0.05 * signal.tag.scale
             told.append(f"{signal.tag.name} {value:.4g}{unit}" + (f" ({change:+.2g})" if moving else ""))
     return ", ".join(told)
 
 
-def _trend(recent: Sequence[Snapshot], tag: str) -> float | None:
+def _trend(recent: Sequence[Snapshot], tag: str, tick_s: float) -> float | None:
     """Change per minute between two averages; None where the past is too short."""
-    if len(recent) < TREND_S + MEAN_S:
+    if len(recent) < TREND + MEAN:
         return None
-    values = [snapshot.values.get(tag, math.nan) for snapshot in recent[-TREND_S - MEAN_S :]]
-    change = float(np.mean(values[-MEAN_S:]) - np.mean(values[:MEAN_S])) * 60.0 / TREND_S
+    values = [snapshot.values.get(tag, math.nan) for snapshot in recent[-TREND - MEAN :]]
+    change = float(np.mean(values[-MEAN:]) - np.mean(values[:MEAN])) * 60.0 / (TREND * tick_s)
     return change if math.isfinite(change) else None
 
 
