@@ -149,7 +149,7 @@ def names_itself(path: str, hit: str) -> bool:
 
 
 def test_generic_code_names_no_plant(search: Search) -> None:
-    plants = [SOURCES / "plants" / name for name in plant_names()]
+    plants = [SOURCES / "plants" / name for name in (*plant_names(), "scaffolds")]  # plants to begin with are plants
     generic = [path for path in sorted(SOURCES.rglob("*.py")) if not any(map(path.is_relative_to, plants))]
     assert len(generic) > 100
     found = {path.relative_to(SOURCES).as_posix(): search.found(ast.parse(path.read_bytes())) for path in generic}
