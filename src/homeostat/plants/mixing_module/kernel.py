@@ -13,6 +13,9 @@ above the brim. Four steps per second, flows held in each; a tank gives no more 
 B204 get is what the tanks gave, so that no liquid is made or lost:
 V + delivered + spilled + overflowed = V(0) + supplied.
 
+By hand and not from blocks, for what these cannot say: valves that travel at constant speed, a network that is solved
+four times a second between two moves of them, and flows between tanks that are corrected by what the tanks hold.
+
 Hand check: B204 drains from h1 to h2 in (A / (Cd a)) sqrt(2/g) (sqrt(h1) - sqrt(h2)) = 50 s for 0.65 m to 0.122 m with
 A = 143 cm2, a = 0.950 cm2 and Cd = 0.62.
 """
