@@ -57,6 +57,9 @@ def carry_out(options: argparse.Namespace) -> int:
 
     try:
         asyncio.run(serve(control, engineer, serving, int(options.engineer_port), ready))
+    except OSError as taken:
+        what = taken.strerror or str(taken)
+        raise LinkError(f"the ports cannot be opened: {what}; choose others with --port, --engineer-port") from None
     except ProcessError as broke:
         raise LinkError(f"{plant.name} is served no longer: {broke}") from None
     return 0
