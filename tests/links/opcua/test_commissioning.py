@@ -101,6 +101,14 @@ def test_a_server_that_is_not_there_is_told_in_one_line() -> None:
         async with connected("opc.tcp://127.0.0.1:1/", Security(insecure=True)):
             raise AssertionError("somebody listens at port 1")
 
+    async def strange(url: str) -> None:
+        async with connected(url, Security(insecure=True)):
+            raise AssertionError("it is no address")
+
+    for url in ("http://127.0.0.1/", "opc.tcp://me:secret@127.0.0.1:1/"):
+        with pytest.raises(LinkError, match="without a name or a password") as found:
+            asyncio.run(strange(url))
+        assert "secret" not in str(found.value)
     with pytest.raises(LinkError, match=r"opc\.tcp://127\.0\.0\.1:1/ cannot be connected to"):
         asyncio.run(look())
 

@@ -13,6 +13,7 @@ from homeostat.links.opcua.extra import need_opcua
 from homeostat.links.opcua.security.certificate import Pki
 from homeostat.links.opcua.security.credentials import login_from
 from homeostat.plants.plant import load_plant
+from homeostat.process.batch import ProcessError
 
 
 def carry_out(options: argparse.Namespace) -> int:
@@ -54,5 +55,11 @@ def carry_out(options: argparse.Namespace) -> int:
         text = f"{plant.name} is served at {address}, {options.scale:g} s per s; engineer at 127.0.0.1:{engineers}"
         print(printable(text), flush=True)
 
-    asyncio.run(serve(control, engineer, serving, int(options.engineer_port), ready))
+    try:
+        asyncio.run(serve(control, engineer, serving, int(options.engineer_port), ready))
+    except OSError as taken:
+        what = taken.strerror or str(taken)
+        raise LinkError(f"the ports cannot be opened: {what}; choose others with --port, --engineer-port") from None
+    except ProcessError as broke:
+        raise LinkError(f"{plant.name} is served no longer: {broke}") from None
     return 0

@@ -22,6 +22,13 @@ def _address(text: str) -> str:
     return text
 
 
+def server_url(text: str) -> str:
+    """``text`` where it is the address of a server and nothing secret; else ValueError, which does not repeat it."""
+    if not re.fullmatch(r"opc\.tcp://[^/@\s]+(/[^\s@]*)?", text):
+        raise ValueError("say a server's address as opc.tcp://HOST:PORT/PATH, without a name or a password")
+    return text
+
+
 def _scale(number: float) -> float:
     if number == 0.0:
         raise ValueError("a scale of 0 shows nothing; give the tag's units per unit of the node")
@@ -45,7 +52,7 @@ class _Table(BaseModel):
 class Connection(_Table):
     """``[connection]``: where the server is, and how long it may say nothing."""
 
-    url: Annotated[str, Field(pattern=r"^opc\.tcp://[^/@\s]+(/\S*)?$")]
+    url: Annotated[str, AfterValidator(server_url)]
     """``opc.tcp://HOST:PORT/PATH``, without a name or a password."""
     publish_s: Annotated[float, Ge(0.01), Le(60.0)] = 0.25
     """How often the server sends what has changed, wall-clock [s]."""
@@ -182,7 +189,8 @@ def mapping_of(content: object, name: str) -> LinkMapping:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         entry = ".".join(map(str, first["loc"]))
-        raise LinkError(f"{name}: {entry}: {first['msg']} (given: {first['input']!r:.60})") from None
+        given = "" if entry == "connection.url" else f" (given: {first['input']!r:.60})"  # it may hold a password
+        raise LinkError(f"{name}: {entry}: {first['msg']}{given}") from None
     for tag, nodes in mapping.tags.items():
         if nodes.write is not None and (problem := _contradiction(nodes.write)):
             raise LinkError(f"{name}: tags.{tag}.write: {problem}")

@@ -16,6 +16,7 @@ from asyncua.ua.uaerrors import UaError
 
 from homeostat.links.errors import LinkError
 from homeostat.links.opcua.connection.session import status_name, told
+from homeostat.links.opcua.mapping import server_url
 from homeostat.links.opcua.security.security import Security
 
 ANSWER_S: Final = 10.0
@@ -51,6 +52,10 @@ class ServerNode:
 async def connected(url: str, security: Security) -> AsyncIterator[Client]:
     """A client at ``url`` for as long as this lasts; LinkError in one line where there is none."""
     security.check()
+    try:
+        server_url(url)
+    except ValueError as wrong:
+        raise LinkError(str(wrong)) from None
     client = Client(url, timeout=ANSWER_S)
     try:
         await security.apply(client)
