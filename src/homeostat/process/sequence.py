@@ -91,7 +91,7 @@ class Walk:
 
         ``state``: that of each member, shape (members, states).
         """
-        self._model, self._sequences = model, sequences
+        self._model, self._sequences, self._tick_s = model, sequences, tick_of(model.kernel)
         self._mine = [sequence_of == s for s in range(len(sequences))]
         self.step = np.zeros(len(sequence_of), dtype=np.int64)
         """Step that each member is in, shape (members,)."""
@@ -102,7 +102,7 @@ class Walk:
 
     def advance(self) -> Table:
         """Inputs of the next tick, shape (members, inputs)."""
-        most = self._rate * tick_of(self._model.kernel)
+        most = self._rate * self._tick_s
         self._now = self._now + np.clip(self._target - self._now, -most, most)
         return self._now
 
