@@ -49,7 +49,7 @@ def test_a_server_that_is_killed_is_found_again_when_it_returns(pkis: tuple[Pki,
         assert settled(wire.send((Command("L.sp", 11.0, None),))) == ""
         before_s = sample(link).at_s
         served.kill()
-        assert without_sample(link) < 0.5, "no tick waits longer than the guard's does"
+        assert without_sample(link) < 0.8, "no tick waits longer than the guard's does"
         with pytest.raises(LinkError):
             wire.send((Command("L.sp", 9.0, None),))
         with pytest.raises(LinkError):
@@ -105,8 +105,8 @@ def test_a_half_open_connection_is_noticed_by_the_age_of_the_data(served: Served
         wire = link.take()
         proxy.swallow(True)
         begin = time.monotonic()
-        assert without_sample(link) < 0.5
-        assert time.monotonic() - begin < 5.0 and wire.void
+        assert without_sample(link) < 0.8
+        assert time.monotonic() - begin < 8.0 and wire.void
         proxy.swallow(False)
         assert wait_up(link) < BACK_S
 
@@ -128,6 +128,6 @@ def test_a_link_that_never_reaches_anybody_holds_nobody_up(served: Served) -> No
             link.take()
         link.beat()
         link.give_back()
-        assert time.monotonic() - begin < 1.0
+        assert time.monotonic() - begin < 2.0
         with pytest.raises(LinkError, match=r"not reached within 0\.2 s"):
             link.wait(0.2)
