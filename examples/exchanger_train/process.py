@@ -7,6 +7,7 @@ Both sides of an exchanger are stirred (`homeostat.process.blocks.exchanger`), w
     K_c dT_c/dt = C_c (T_c,in - T_c) + UA (T_h - T_c)
 
 Valves are linear at a constant pressure drop (IEC 60534-2-1). Without a feed the basic control closes the oil valve.
+What leaves E2 colder than T_least is no product.
 By hand: 0.5 kg/s of water is C = 2.09 kW/K, so from 15 to 45 degC takes 62.7 kW, and on to 80 degC 73.15 kW. E1 has
 62.7 / 8 = 7.8 K between its outlets, so the water leaves it at 52.8 degC and V2 lets in 62.7 / (4.18 (98 - 52.8)) =
 0.332 kg/s. E2 has 48.8 K, the oil leaves it at 128.8 degC and V3 lets in 73.15 / (2.2 (200 - 128.8)) = 0.467 kg/s.
@@ -31,4 +32,4 @@ for name, flow in {"F2": waste, "F3": oil}.items():
     train.sensor(name, flow, relative=True)
 for actuator in train.actuators.values():
     train.sensor(f"{actuator.name}_pos", actuator.position)
-train.total("heated", "kg", feed)
+train.total("pasteurised", "kg", where(e2.cold_out >= "T_least", feed, 0.0))
