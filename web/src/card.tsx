@@ -90,9 +90,12 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
         {acted ? <><p class="big">■ Fallback ‘{acted.strategy}’ acted</p><p>{acted.reason}</p></>
           : p ? <>
             <p class="big">{p.path.length ? `Go to ${p.path[p.path.length - 1]}` : p.what}{p.seconds > 0 && ` for ${span(p.seconds)}`}</p>
-            <p>{moves.map((m) => <span class="chip" key={m.tag}>{m.tag} {m.known ? (m.before === null ? "automatic" : amount(m.before, "", 3)) : "?"} → <b>{m.after === null ? "automatic" : amount(m.after, m.unit, 3)}</b></span>)}</p>
+            <p>{moves.map((m) => <span class="chip" key={m.tag}>{m.tag} {m.known ? (m.before === null ? "automatic" : amount(m.before)) : "?"} → <b>{m.after === null ? "automatic" : amount(m.after, m.unit)}</b></span>)}</p>
             <p class="status">{p.status}{p.released_s !== null && ` since ${moment(p.released_s)}`}</p>
-          </> : <p class="big quiet">Nothing yet</p>}
+          </> : card.let_be ? <><p class="big">Leave it alone</p>
+            <p>{card.let_be.margin >= 0 ? `Without action every check holds in ‘${card.let_be.state}’` : "To act would cost more"}, judged at {moment(card.let_be.at_s)}.</p></>
+          : <><p class="big quiet">{card.compared_s === null ? "Nothing yet" : "No proposal"}</p>
+            {card.refused[0] && <p>{card.refused[0].what}: {card.refused[0].why}</p>}</>}
       </div>
       <div>
         <h3>Why it is safe</h3>
@@ -100,7 +103,8 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
           <p class={worst.margin < 0 ? "big bad" : "big"}>{worst.margin < 0 ? "■ " : ""}{size(worst.margin, worst.unit)} at worst</p>
           <p>{worst.text || worst.name}, after {span(worst.at_s)}, worst of {p.members} members.</p>
           {p.certificate && <p>{p.certificate.violations} of {p.certificate.draws} draws violate a hard limit: at most {percent(p.certificate.bound)} (with {percent(p.certificate.level)} confidence).</p>}
-        </> : <p class="big quiet">{acted ? "The tables’ own safe state" : "Nothing was judged yet"}</p>}
+        </> : !acted && card.let_be && !p ? <p class="big">{signed(card.let_be.margin, "1")} <span class="quiet">least margin, in the unit of its limit</span></p>
+          : <p class="big quiet">{acted ? "The tables’ own safe state" : "Nothing was judged yet"}</p>}
         {acted && <p>{acted.stands ? "The plant was read to hold it." : "The plant was not read to hold it yet."}</p>}
       </div>
       <div>

@@ -48,8 +48,10 @@ function usePlayer(run: Run | null): Player {
       if (mine === asked.current) { setLost(false); take(m); }
     } catch { setLost(true); }
   }, [take]);
+  const begun = useRef(false), known = run !== null;
   useEffect(() => {
-    if (!run) return;
+    if (!run || begun.current) return;
+    begun.current = true;
     const hash = Number(location.hash.replace("#t=", ""));
     const begin = Number.isFinite(hash) && location.hash ? hash
       : run.live ? run.last_s : run.decided_s ?? run.begins_s ?? run.last_s;
@@ -59,13 +61,13 @@ function usePlayer(run: Run | null): Player {
     if (run.live) setSpeed(1);
   }, [run]);
   useEffect(() => {
-    if (!playing || !run) return;
+    if (!playing || !known) return;
     const stream = new EventSource(`/api/stream?at=${from}&speed=${speed}`);
     stream.onmessage = (e) => { setLost(false); take(JSON.parse(e.data) as Moment); };
     stream.onerror = () => setLost(true);
     stream.addEventListener("end", () => { stream.close(); setPlaying(false); });
     return () => stream.close();
-  }, [playing, speed, from, run]);
+  }, [playing, speed, from, known]);
   const seek = (at: number) => {
     const to = Math.min(Math.max(0, at), run?.last_s ?? 0);
     if (playing) { latest.current = to; setFrom(to); } else void look(to);
@@ -145,6 +147,11 @@ function App() {
   const reload = useCallback(() => ask<Run>("/api/run").then(setRun, (e: Error) => setFailed(e.message)), []);
   useEffect(() => { void reload(); }, []);
   const now = player.now;
+  // A run that goes on has new lines, and some day its readings.
+  const told = useRef(0);
+  useEffect(() => {
+    if (run && !run.closed && Date.now() - told.current > 3000) { told.current = Date.now(); void reload(); }
+  }, [now?.overview, now && Math.floor(now.at_s / 30)]);
   const trends = useMemo(() => run?.panels ?? [], [run]);
   if (failed) return <p class="big" role="alert">■ The console does not answer: {failed}</p>;
   if (!run || !now) return <p class="big quiet">Reading the run …</p>;

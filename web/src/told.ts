@@ -47,6 +47,7 @@ export interface Proposal {
   seconds: number; path: string[]; moves: Move[]; later: Later[]; reasons: string[]; approved: boolean;
   members: number; margins: Margin[]; checks: number; certificate: Certificate | null;
 }
+export interface LetBe { at_s: number; state: string; margin: number }
 export interface Choice {
   what: string; kind: string; by: string; cost: number; items: [string, number][]; refused: string; chosen: boolean;
 }
@@ -54,7 +55,7 @@ export interface Refusal { at_s: number; what: string; why: string }
 export interface Acted { at_s: number; strategy: string; reason: string; moves: Move[]; stands: boolean }
 export interface Card {
   since_s: number; over_s: number | null; headline: string; probability: number | null; diagnosed_s: number | null;
-  seen: Symptom[]; explanations: Explanation[]; alone: string; proposal: Proposal | null; currency: string;
+  seen: Symptom[]; explanations: Explanation[]; alone: string; let_be: LetBe | null; proposal: Proposal | null; currency: string;
   compared_s: number | null; choices: Choice[]; refused: Refusal[]; acted: Acted[]; notes: string[];
 }
 export interface Moment {

@@ -32,7 +32,7 @@ function plot(
     },
     axes: [{ ...axis, size: 34, values: (_u, at) => at.map((s) => `${s} s`) }, { ...axis, size: 62 }],
     series: [
-      { label: "Time", value: (_u, s) => (s === null ? "–" : `${s.toFixed(0)} s`) },
+      { label: "Time", value: (_u, s) => (s === null || s === undefined ? "–" : `${s.toFixed(0)} s`) },
       ...names.map((label, k) => ({
         label, stroke: strokes[k % 4]!, width: k ? 1.4 : 1.8, dash: DASHES[k % 4]!, spanGaps: false, points: { show: false },
         value: (_u: uPlot, v: number | null) => (v === null || v === undefined ? "–" : `${Number(v.toPrecision(4))}${unit === "1" ? "" : ` ${unit}`}`),
@@ -94,7 +94,7 @@ function useChart(
         // Where nobody points at it, the legend has the latest values.
         const shown = chart.current;
         requestAnimationFrame(() => {
-          if (shown && shown === chart.current && (shown.cursor.left ?? -1) < 0) shown.setLegend({ idx: data[0].length - 1 });
+          if (data[0].length && shown && shown === chart.current && (shown.cursor.left ?? -1) < 0) shown.setLegend({ idx: data[0].length - 1 });
         });
       } catch { /* the page says above that the connection is lost */ }
       busy.current = false;

@@ -1,6 +1,6 @@
 """What of a plant does not change during a run: flowsheet, tags with limits, panels; as values that the page draws."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from homeostat.console.opened import KnownPlant
@@ -160,7 +160,7 @@ def drawn_sheet(plant: KnownPlant) -> DrawnSheet | None:
 def _sheet(plant: PlantDescription, flowsheet: Flowsheet) -> DrawnSheet:
     shapes, arrows = flowsheet_figure(plant, flowsheet)
     tags = plant.tags_by_name
-    shown = {name: [_line(line, tags) for line in shape.lines] for name, shape in shapes.items()}
+    shown = {name: list(_lines(shape, tags)) for name, shape in shapes.items()}
     roomy = {name: _roomy(shape, shown[name]) for name, shape in shapes.items()}
     layout = arranged(roomy, arrows, Direction.RIGHT)
     boxes = []
@@ -172,11 +172,14 @@ def _sheet(plant: PlantDescription, flowsheet: Flowsheet) -> DrawnSheet:
     return DrawnSheet(layout.along, layout.across, tuple(boxes), tuple(ways))
 
 
-def _line(line: Line, tags: Mapping[str, object]) -> DrawnLine:
-    """A line, with the tag whose reading belongs behind it."""
-    name = line.text.partition(" [")[0]
-    tag = name if name in tags and not line.title else ""
-    return DrawnLine(tag or line.text, line.bubble, line.title, tag)
+def _lines(shape: Shape, tags: Mapping[str, object]) -> Iterator[DrawnLine]:
+    """The lines of a box, each with the tag whose reading belongs behind it; none behind what a controller sets."""
+    sets = False
+    for line in shape.lines:
+        sets = sets or line.text.startswith("sets ")
+        name = line.text.partition(" [")[0]
+        tag = name if name in tags and not (line.title or sets) else ""
+        yield DrawnLine(tag or line.text, line.bubble, line.title, tag)
 
 
 def _roomy(shape: Shape, lines: list[DrawnLine]) -> Shape:

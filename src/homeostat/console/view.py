@@ -9,7 +9,7 @@ from homeostat.console.drawn import DrawnPanel, DrawnSheet, DrawnTag, drawn_pane
 from homeostat.console.opened import OpenedRun
 from homeostat.console.overview import Overview, overview
 from homeostat.console.situation import situation
-from homeostat.domain.events.guard import StartUpEnded
+from homeostat.domain.events.guard import StartUpEnded, StateEntered
 from homeostat.journal.memory import Entry
 from homeostat.record.run_record import RunRecord
 from homeostat.record.story.line import Line
@@ -75,10 +75,9 @@ class Seen:
 def shown(run: OpenedRun) -> Shown:
     """What stays as it is."""
     plant, entries = run.plant, run.entries
-    started = next((e.at_s for e in entries if isinstance(e.event, StartUpEnded)), 0.0)
     begins_s = first_seen_s(entries)
     until_s = run.last_s if begins_s is None else begins_s
-    healthy = slice(0, 0) if run.readings is None else run.readings.between(started, until_s)
+    healthy = slice(0, 0) if run.readings is None else run.readings.between(_settled_s(entries, until_s), until_s)
     going, closed = run.goes_on(), run.closed
     notices = [plant.notice, run.trouble]
     if not closed:
@@ -102,6 +101,12 @@ def shown(run: OpenedRun) -> Shown:
         sheet=drawn_sheet(plant),
         lines=run.lines[-_MOST_LINES:],
     )
+
+
+def _settled_s(entries: Sequence[Entry], until_s: float) -> float:
+    """Since when the plant was in the state in which it was at ``until_s`` [s], start-up over: what it usually does."""
+    entered = [e.at_s for e in entries if isinstance(e.event, StateEntered | StartUpEnded) and e.at_s <= until_s]
+    return entered[-1] if entered else 0.0
 
 
 def seen(run: OpenedRun, at_s: float, whole: bool = True) -> Seen:

@@ -148,6 +148,18 @@ class Proposal:
 
 
 @dataclass(frozen=True, slots=True)
+class LetBe:
+    """That the plant was left as it is."""
+
+    at_s: float
+    """When that was judged [s]."""
+    state: str
+    """State in which it was left, in the operator's words."""
+    margin: float
+    """Least margin without action, each in its own unit; negative where acting was not worth its cost."""
+
+
+@dataclass(frozen=True, slots=True)
 class Choice:
     """Something that could be done."""
 
@@ -217,6 +229,8 @@ class Card:
     """What follows if nothing is done; empty where the record does not say."""
     proposal: Proposal | None
     """What is proposed; None where nothing is."""
+    let_be: LetBe | None
+    """That nothing need be done, where that was judged last; None else."""
     currency: str
     """What costs are in."""
     compared_s: float | None

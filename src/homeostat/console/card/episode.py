@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, TypeVar
 
-from homeostat.console.card.card import Acted, Card, Choice, Explanation, Refusal, Seen
+from homeostat.console.card.card import Acted, Card, Choice, Explanation, LetBe, Refusal, Seen
 from homeostat.console.card.proposal import moves, proposal, state_label
 from homeostat.console.opened import KnownPlant
 from homeostat.console.readings import Readings
@@ -21,11 +21,13 @@ from homeostat.domain.events.recovery import (
     GaveUp,
     NoActionTaken,
     Noticed,
+    ReleasedActions,
     ReleaseRefused,
     Remarked,
     Strayed,
 )
 from homeostat.domain.events.trips import FallbackActivated, FallbackStands, Tripped
+from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.remark import RemarkKind
 from homeostat.domain.request import RequestStatus
@@ -38,6 +40,8 @@ _LEAST = 0.005
 """Explanations below this probability are not shown [1]."""
 _VIOLATED: Final = re.compile(r"([^:;']+): '[^']*' is violated by (\S+ \S+) at (\S+ s) \(([^()]+)\)")
 """What a finding says of a violated formula: what it protects, the formula, by how much, when, its name."""
+_SENT_S: Final = 5.0
+"""How long before its event a fallback may have been sent [s]."""
 _MOST = 6
 """Most refusals, fallbacks and notes that are shown."""
 
@@ -74,13 +78,21 @@ def first_seen_s(entries: Iterable[Entry]) -> float | None:
 
 
 def first_decided_s(entries: Iterable[Entry]) -> float | None:
-    """When it was first decided what to do about what is wrong [s]; None where it never was."""
-    seen = False
+    """When it was first decided what to do about what is wrong [s]; None where it never was.
+
+    That nothing is done yet counts where nothing else was ever decided.
+    """
+    seen, alone_s = False, None
     for entry in entries:
         seen = seen or _begins(entry)
-        if seen and isinstance(entry.event, Compared | NoActionTaken | FallbackActivated):
-            return entry.at_s
-    return None
+        match entry.event:
+            case FallbackActivated():
+                return entry.at_s
+            case Compared(chosen=chosen) if seen and chosen:
+                return entry.at_s
+            case Compared() | NoActionTaken() if seen and alone_s is None:
+                alone_s = entry.at_s
+    return alone_s
 
 
 def _begins(entry: Entry) -> bool:
@@ -115,6 +127,7 @@ def card(record: RunRecord, plant: KnownPlant, readings: Readings | None, at_s: 
         explanations=explanations,
         alone=_alone(compared, known),
         proposal=proposal(record, episode.entries, plant, readings, at_s),
+        let_be=_let_be(episode, known),
         currency="" if compared is None else compared[1].currency,
         compared_s=None if compared is None else compared[0],
         choices=() if compared is None else tuple(_choice(a, compared[1], known) for a in compared[1].alternatives),
@@ -217,9 +230,20 @@ def plainly(text: str) -> str:
     """``text`` with what a judgement says of each violated formula in fewer words; the formula stands elsewhere.
 
     >>> plainly("Level is low enough: 'L1 <= 11' is violated by 0.5 L at 63 s (LIM-L)")
-    'LIM-L violated by 0.5 L, worst after 63 s (Level is low enough)'
+    'Level is low enough: violated by 0.5 L, worst after 63 s (LIM-L)'
     """
-    return _VIOLATED.sub(r"\4 violated by \2, worst after \3 (\1)", text)
+    return _VIOLATED.sub(r"\1: violated by \2, worst after \3 (\4)", text)
+
+
+def _let_be(episode: Episode, plant: PlantDescription) -> LetBe | None:
+    """That the plant was left as it is, where that was judged last."""
+    for entry in reversed(episode.entries):
+        match entry.event:
+            case NoActionTaken(state=state, min_margin=margin):
+                return LetBe(entry.at_s, state_label(state, plant), margin)
+            case ReleasedActions() | FallbackActivated() | Compared() | GaveUp() | Tripped():
+                return None
+    return None
 
 
 def _choice(alternative: Alternative, compared: Compared, plant: PlantDescription) -> Choice:
@@ -268,12 +292,25 @@ _NOT = (RequestStatus.REFUSED, RequestStatus.FAILED, RequestStatus.WITHDRAWN)
 
 def _acted(episode: Episode, plant: PlantDescription) -> Iterator[Acted]:
     """Fallbacks that acted in an episode, in order."""
+    every = (*episode.before, *episode.entries)
     stood = {e.event.strategy for e in episode.entries if isinstance(e.event, FallbackStands)}
-    for number, entry in enumerate(episode.entries):
+    for entry in episode.entries:
         if isinstance(event := entry.event, FallbackActivated):
-            before = (*episode.before, *episode.entries[:number])
-            written = moves(event.commands, before, plant)
+            written = moves(event.commands, _before_fallback(every, entry), plant)
             yield Acted(entry.at_s, event.strategy, event.reason, written, event.strategy in stood)
+
+
+def _before_fallback(entries: Sequence[Entry], acted: Entry) -> Sequence[Entry]:
+    """Everything before a fallback was sent, of which its event tells afterwards."""
+    end = next(n for n, entry in enumerate(entries) if entry is acted)
+    while end and entries[end - 1].at_s >= acted.at_s - _SENT_S:
+        end -= 1
+    sent = (
+        n
+        for n, entry in enumerate(entries[end:], start=end)
+        if entry is acted or (isinstance(entry.event, WriteIntended) and entry.event.cause is Cause.FALLBACK)
+    )
+    return entries[: next(sent)]
 
 
 def _notes(episode: Episode) -> Iterator[str]:
