@@ -17,7 +17,7 @@ SLOW := tests/benchmarks tests/cli tests/docs tests/evaluate tests/guard tests/j
 WIDE := tests/evaluate tests/links tests/plants tests/process tests/safety tests/twin
 SEED := 1
 
-.PHONY: demo test quick slow wide landing full coverage pythons llm campaign opcua graph results pages docs lint audit format lock help clean
+.PHONY: demo test quick slow wide landing full coverage pythons llm campaign console opcua web graph results pages docs lint audit format lock help clean
 
 ## demo: a stuck cooling valve on the reactor, from the alarm to the released recovery
 demo: $(VENV)/.base
@@ -66,6 +66,13 @@ campaign: $(VENV)/.campaign
 ## opcua: what links to control systems over OPC UA, and serves simulated plants
 opcua: $(VENV)/.opcua
 
+## console: what the console needs
+console: $(VENV)/.console
+
+## web: the console's page again from its sources in web/; needs node and npm
+web:
+	cd web && npm ci --silent --no-audit --no-fund && npm run --silent check && npm run --silent build
+
 ## graph: make the plants' knowledge graphs again from the engineering tables
 graph: $(VENV)/.base
 	bash tools/make_graph.sh
@@ -105,7 +112,8 @@ lock: $(VENV)/.dev
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt --extra llm pyproject.toml -o requirements/llm.txt
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt -c requirements/llm.txt --extra campaign pyproject.toml -o requirements/campaign.txt
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt -c requirements/llm.txt -c requirements/campaign.txt --extra opcua pyproject.toml -o requirements/opcua.txt
-	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/llm.txt -c requirements/campaign.txt -c requirements/opcua.txt --extra llm --extra campaign --extra opcua --extra dev pyproject.toml -o requirements/dev.txt
+	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt -c requirements/llm.txt -c requirements/campaign.txt --extra console pyproject.toml -o requirements/console.txt
+	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/llm.txt -c requirements/campaign.txt -c requirements/opcua.txt -c requirements/console.txt --extra llm --extra campaign --extra opcua --extra console --extra dev pyproject.toml -o requirements/dev.txt
 	$(COMPILE) --upgrade --python-version 3.11 requirements/rml.in -o requirements/rml.txt
 
 ## help: what there is to make
@@ -142,6 +150,11 @@ $(VENV)/.campaign: $(VENV)/.base requirements/campaign.txt
 $(VENV)/.opcua: $(VENV)/.base requirements/opcua.txt
 	@echo "installing what speaks OPC UA"
 	@$(INSTALL) -r requirements/opcua.txt
+	@touch $@
+
+$(VENV)/.console: $(VENV)/.base requirements/console.txt
+	@echo "installing what the console needs"
+	@$(INSTALL) -r requirements/console.txt
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.base requirements/dev.txt

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from homeostat.cli.arguments import UsageError
-from homeostat.cli.commands.replay import vouched
+from homeostat.cli.recorded_plant import vouched
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.quotation import printable
 from homeostat.evaluate.recorded.adoption import Adoption, adoption

@@ -1,0 +1,71 @@
+"""``homeostat console``: a recorded run on a page for operators, on this machine."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from homeostat.cli.arguments import UsageError
+from homeostat.cli.recorded_plant import plant_of_run
+from homeostat.cli.run_directory import run_directory
+from homeostat.console.opened import KnownPlant, OpenedRun
+from homeostat.journal import BrokenChain, RunStarted, read_events
+from homeostat.plants.described import read_described
+from homeostat.record.decode import decode
+
+
+def carry_out(options: argparse.Namespace) -> int:
+    """Show the run until Ctrl-C, which is the way to end it: 0."""
+    try:
+        from homeostat.console.server.app import application
+        from homeostat.console.server.serve import listening, serve
+    except ImportError as error:
+        raise UsageError(f"the console needs {error.name!r}: pip install 'homeostat[console]'") from error
+    run = opened(run_directory(options.run), options.case)
+    try:
+        at = listening(options.port)
+    except OSError as error:
+        reason = f"port {options.port} cannot be listened on: {error.strerror}"
+        raise UsageError(f"{reason}; choose another one with --port, or 0 for a free one") from error
+    try:
+        serve(application(run), at, not options.no_browser, _tell)
+    except KeyboardInterrupt:
+        print("homeostat: the console is closed", file=sys.stderr)
+    return 0
+
+
+def opened(run_dir: Path, given: str | None) -> OpenedRun:
+    """The run in ``run_dir`` with its plant, which is ``given``, or where the run had it.
+
+    UsageError where the journal does not say how the run began; else as
+    :func:`homeostat.cli.recorded_plant.plant_of_run`.
+    """
+    started = _started(run_dir)
+    description, plant, notice = plant_of_run(started, run_dir, given)
+    if plant is None:
+        return OpenedRun(run_dir, KnownPlant(started.case, description, notice=notice))
+    known = KnownPlant(
+        title=plant.title,
+        description=description,
+        flowsheet=read_described(str(plant.files.folder)).flowsheet,
+        baselines=plant.baselines,
+        panels=plant.panels,
+        horizon_s=plant.twin.horizon_s,
+        notice=notice,
+    )
+    return OpenedRun(run_dir, known)
+
+
+def _tell(address: str) -> None:
+    print(f"{address}  Ctrl-C ends it", flush=True)
+
+
+def _started(run_dir: Path) -> RunStarted:
+    """How the run began; UsageError where its journal does not say."""
+    try:
+        first = next(read_events(run_dir), None)
+    except BrokenChain as error:
+        raise UsageError(f"run {str(run_dir)!r} cannot be shown: {error}") from error
+    started = None if first is None else decode(first)
+    if not isinstance(started, RunStarted):
+        raise UsageError(f"run {str(run_dir)!r} cannot be shown: its journal does not begin with the run's beginning")
+    return started

@@ -1,0 +1,321 @@
+"""An episode: from the first symptom to its end, read from the record of a run as it was at one moment."""
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, TypeVar
+
+from homeostat.console.card.card import Acted, Card, Choice, Explanation, LetBe, Refusal, Seen
+from homeostat.console.card.proposal import moves, proposal, state_label
+from homeostat.console.opened import KnownPlant
+from homeostat.console.readings import Readings
+from homeostat.domain.alternative import Alternative, AlternativeKind
+from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultProbability, Symptom, by_fault_set
+from homeostat.domain.events.guard import RequestAnswered
+from homeostat.domain.events.recovery import (
+    Attempted,
+    Compared,
+    Deviated,
+    Diagnosed,
+    FaultsEnded,
+    GaveUp,
+    NoActionTaken,
+    Noticed,
+    ReleasedActions,
+    ReleaseRefused,
+    Remarked,
+    Strayed,
+)
+from homeostat.domain.events.trips import FallbackActivated, FallbackStands, Tripped
+from homeostat.domain.events.writes import Cause, WriteIntended
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.remark import RemarkKind
+from homeostat.domain.request import RequestStatus
+from homeostat.journal.memory import Entry
+from homeostat.record.run_record import RunRecord
+from homeostat.record.story.wording import lasting, who, worst
+
+E = TypeVar("E")
+_LEAST = 0.005
+"""Explanations below this probability are not shown [1]."""
+_VIOLATED: Final = re.compile(r"([^:;']+): '[^']*' is violated by (\S+ \S+) at (\S+ s) \(([^()]+)\)")
+"""What a finding says of a violated formula: what it protects, the formula, by how much, when, its name."""
+_SENT_S: Final = 5.0
+"""How long before its event a fallback may have been sent [s]."""
+_MOST = 6
+"""Most refusals, fallbacks and notes that are shown."""
+
+
+@dataclass(frozen=True, slots=True)
+class Episode:
+    """The events of one episode, and what came before."""
+
+    before: tuple[Entry, ...]
+    """Everything before it."""
+    entries: tuple[Entry, ...]
+    """Its own events, the first one first."""
+    over_s: float | None
+    """When it ended [s]; None while it lasts."""
+
+
+def last_episode(entries: Sequence[Entry]) -> Episode | None:
+    """The last episode in ``entries``; None where nothing was ever seen."""
+    begin = end = None
+    for number, entry in enumerate(entries):
+        if isinstance(entry.event, FaultsEnded):
+            end = number if begin is not None and end is None else end
+        elif _begins(entry) and (begin is None or end is not None):
+            begin, end = number, None
+    if begin is None:
+        return None
+    over_s = None if end is None else entries[end].at_s
+    return Episode(tuple(entries[:begin]), tuple(entries[begin:]), over_s)
+
+
+def first_seen_s(entries: Iterable[Entry]) -> float | None:
+    """When the first episode began [s]; None where nothing was ever seen."""
+    return next((entry.at_s for entry in entries if _begins(entry)), None)
+
+
+def first_decided_s(entries: Iterable[Entry]) -> float | None:
+    """When it was first decided what to do about what is wrong [s]; None where it never was.
+
+    That nothing is done yet counts where nothing else was ever decided.
+    """
+    seen, alone_s = False, None
+    for entry in entries:
+        seen = seen or _begins(entry)
+        match entry.event:
+            case FallbackActivated():
+                return entry.at_s
+            case Compared(chosen=chosen) if seen and chosen:
+                return entry.at_s
+            case Compared() | NoActionTaken() if seen and alone_s is None:
+                alone_s = entry.at_s
+    return alone_s
+
+
+def _begins(entry: Entry) -> bool:
+    match entry.event:
+        case Noticed(symptoms=symptoms):
+            return bool(symptoms)
+        case Diagnosed(hypotheses=hypotheses):
+            return any(h.faults for h in hypotheses)
+        case Deviated() | Strayed() | Tripped() | FallbackActivated():
+            return True
+    return False
+
+
+def card(record: RunRecord, plant: KnownPlant, readings: Readings | None, at_s: float) -> Card | None:
+    """The card at ``at_s`` [s], up to which ``record`` goes; None where nothing was ever seen."""
+    episode = last_episode(record.entries)
+    if episode is None:
+        return None
+    known = plant.description
+    diagnosed = _last(episode, Diagnosed)
+    held = [] if diagnosed is None else [h for h in by_fault_set(diagnosed[1].hypotheses) if h.probability >= _LEAST]
+    seen = _seen(episode, known)
+    explanations = tuple(_explanation(h, seen, known) for h in held)
+    compared = _last(episode, Compared)
+    return Card(
+        since_s=episode.entries[0].at_s,
+        over_s=episode.over_s,
+        headline=explanations[0].text if explanations else "; ".join(s.text for s in seen) or _reason(episode),
+        probability=explanations[0].probability if explanations else None,
+        diagnosed_s=None if diagnosed is None else diagnosed[0],
+        seen=seen,
+        explanations=explanations,
+        alone=_alone(compared, known),
+        proposal=proposal(record, episode.entries, plant, readings, at_s),
+        let_be=_let_be(episode, known),
+        currency="" if compared is None else compared[1].currency,
+        compared_s=None if compared is None else compared[0],
+        choices=() if compared is None else tuple(_choice(a, compared[1], known) for a in compared[1].alternatives),
+        refused=tuple(_refusals(episode, known))[::-1][:_MOST],
+        acted=tuple(_acted(episode, known))[::-1][:_MOST],
+        notes=tuple(_notes(episode))[-_MOST:],
+    )
+
+
+def _last(episode: Episode, kind: type[E]) -> tuple[float, E] | None:
+    """The last event of one class, after its time [s]."""
+    for entry in reversed(episode.entries):
+        if isinstance(entry.event, kind):
+            return entry.at_s, entry.event
+    return None
+
+
+def _reason(episode: Episode) -> str:
+    """What an episode without diagnosis and symptoms is about."""
+    match episode.entries[0].event:
+        case (
+            Deviated(reason=reason) | Strayed(reason=reason) | Tripped(reason=reason) | FallbackActivated(reason=reason)
+        ):
+            return reason
+    return "something is wrong"
+
+
+def _seen(episode: Episode, plant: PlantDescription) -> tuple[Seen, ...]:
+    """The symptoms of an episode, each once, as it was confirmed last."""
+    rules = {rule.name: rule for rule in plant.symptom_rules}
+    units = {feature.name: feature.unit for feature in plant.features}
+    found: dict[str, Symptom | None] = {}
+    for entry in episode.entries:
+        match entry.event:
+            case Noticed(symptoms=names):
+                found = dict.fromkeys(names) | found
+            case Diagnosed(symptoms=symptoms):
+                found |= {symptom.rule: symptom for symptom in symptoms}
+    shown = []
+    for name, symptom in found.items():
+        rule = rules.get(name)
+        feature = "" if rule is None else rule.feature
+        text = name if rule is None else rule.description
+        one = Seen(name, text, None, None, None, None, units.get(feature, ""), feature)
+        if symptom is not None:
+            one = replace(one, at_s=symptom.at_s, value=symptom.value, threshold=symptom.threshold)
+            one = replace(one, times=symptom.severity)
+        shown.append(one)
+    return tuple(shown)
+
+
+def _explanation(held: FaultProbability, seen: Sequence[Seen], plant: PlantDescription) -> Explanation:
+    """What speaks for an explanation and against it is what the tables say that symptoms indicate."""
+    names, stands = {f.fault for f in held.faults}, {symptom.rule for symptom in seen}
+    supports: tuple[str, ...] = ()
+    lacks: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
+    if held.faults and SOMETHING_ELSE not in names and names <= {fault.name for fault in plant.faults}:
+        indicating = [rule for rule in plant.symptom_rules if names & {*rule.faults}]
+        supports = tuple(rule.description for rule in indicating if rule.name in stands)
+        lacks = tuple(rule.description for rule in indicating if rule.name not in stands)
+        others = tuple(s.text for s in seen if s.rule not in {rule.name for rule in indicating})
+    modes = {mode.name: mode for mode in plant.fault_modes}
+    components = {modes[name].component for name in names if name in modes}
+    text, sized = _worded(held, plant)
+    where = ", ".join(sorted(components))
+    return Explanation(held.name, text, sized, held.probability, where, supports, lacks, others)
+
+
+def _worded(held: FaultProbability, plant: PlantDescription) -> tuple[str, str]:
+    """An explanation in the operator's words, and its size; by its names where the plant does not know them."""
+    if not held.faults:
+        return "Nothing is wrong", ""
+    if held.faults[0].fault == SOMETHING_ELSE:
+        return "Something else, which is in no table", ""
+    modes = {mode.name: mode for mode in plant.fault_modes}
+    if any(state.fault not in modes for state in held.faults):
+        return held.name, ""
+    labels = " + ".join(modes[state.fault].label or state.fault for state in held.faults)
+    sizes = [f"{state.severity:.3g}{_after(modes[state.fault].severity_unit)}" for state in held.faults]
+    between = "" if held.between is None else f" ({held.between[0]:.3g} to {held.between[1]:.3g})"
+    return labels, " + ".join(sizes) + between
+
+
+def _after(unit: str) -> str:
+    return "" if unit == "1" else f" {unit}"
+
+
+def _alone(compared: tuple[float, Compared] | None, plant: PlantDescription) -> str:
+    """What follows if nothing is done, as the comparison says."""
+    if compared is None:
+        return ""
+    left = next((a for a in compared[1].alternatives if a.kind is AlternativeKind.LEAVE), None)
+    if left is None:
+        return ""
+    return plainly(left.refused) or f"Every limit is kept in {state_label(left.name, plant)!r}."
+
+
+def plainly(text: str) -> str:
+    """``text`` with what a judgement says of each violated formula in fewer words; the formula stands elsewhere.
+
+    >>> plainly("Level is low enough: 'L1 <= 11' is violated by 0.5 L at 63 s (LIM-L)")
+    'Level is low enough: violated by 0.5 L, worst after 63 s (LIM-L)'
+    """
+    return _VIOLATED.sub(r"\1: violated by \2, worst after \3 (\4)", text)
+
+
+def _let_be(episode: Episode, plant: PlantDescription) -> LetBe | None:
+    """That the plant was left as it is, where that was judged last."""
+    for entry in reversed(episode.entries):
+        match entry.event:
+            case NoActionTaken(state=state, min_margin=margin):
+                return LetBe(entry.at_s, state_label(state, plant), margin)
+            case ReleasedActions() | FallbackActivated() | Compared() | GaveUp() | Tripped():
+                return None
+    return None
+
+
+def _choice(alternative: Alternative, compared: Compared, plant: PlantDescription) -> Choice:
+    states = [state_label(name, plant) for name in alternative.name.split(" > ")]
+    end, seconds = states[-1], f"{alternative.seconds:g} s"
+    what = {
+        AlternativeKind.LEAVE: "Leave alone",
+        AlternativeKind.WAIT: f"Wait {seconds}, then {end}",
+        AlternativeKind.HOLD: f"Hold {end} for {seconds}",
+        AlternativeKind.TEST: f"Test {end} for {seconds}",
+        AlternativeKind.FALLBACK: f"Fall back: {end}",
+    }.get(alternative.kind, f"Go to {end}")
+    by = who(alternative.proposer, alternative.polished) if alternative.proposer else ""
+    items = sorted(((i.name, i.amount) for i in alternative.cost.items if i.amount > 0.05), key=lambda i: -i[1])[:4]
+    chosen = bool(compared.chosen) and alternative.digest == compared.chosen
+    named = alternative.kind.value, by, alternative.cost.total, tuple(items), plainly(alternative.refused)
+    return Choice(what, *named, chosen)
+
+
+def _refusals(episode: Episode, plant: PlantDescription) -> Iterator[Refusal]:
+    """What was refused in an episode, in order; what says the same again is left out."""
+    told: set[tuple[str, str]] = set()
+    for entry in episode.entries:
+        match entry.event:
+            case Attempted(approved=False) as tried:
+                path = " > ".join(state_label(name, plant) for name in tried.path)
+                what = f"{lasting(tried) or path or 'a proposal'}, by {who(tried.proposer, tried.polished)}"
+                violated = [f for f in tried.findings if not f.satisfied]
+                why = "; ".join(f.message for f in violated[:2]) or worst(tried.findings, plant.scales)
+            case ReleaseRefused() as refused:
+                what, why = f"the release of what {refused.proposer} proposed", refused.reason
+            case RequestAnswered(status=status, check=check) as answered if status in _NOT:
+                what = f"the request of {answered.proposer or 'recovery'}, by the guard"
+                why = f"{answered.reason or status}{f' ({check})' if check else ''}"
+            case GaveUp(proposer=proposer, reason=reason):
+                what, why = f"{proposer} gave up", reason
+            case _:
+                continue
+        if (what, why) not in told:
+            told.add((what, why))
+            yield Refusal(entry.at_s, what, plainly(why))
+
+
+_NOT = (RequestStatus.REFUSED, RequestStatus.FAILED, RequestStatus.WITHDRAWN)
+
+
+def _acted(episode: Episode, plant: PlantDescription) -> Iterator[Acted]:
+    """Fallbacks that acted in an episode, in order."""
+    every = (*episode.before, *episode.entries)
+    stood = {e.event.strategy for e in episode.entries if isinstance(e.event, FallbackStands)}
+    for entry in episode.entries:
+        if isinstance(event := entry.event, FallbackActivated):
+            written = moves(event.commands, _before_fallback(every, entry), plant)
+            yield Acted(entry.at_s, event.strategy, event.reason, written, event.strategy in stood)
+
+
+def _before_fallback(entries: Sequence[Entry], acted: Entry) -> Sequence[Entry]:
+    """Everything before a fallback was sent, of which its event tells afterwards."""
+    end = next(n for n, entry in enumerate(entries) if entry is acted)
+    while end and entries[end - 1].at_s >= acted.at_s - _SENT_S:
+        end -= 1
+    sent = (
+        n
+        for n, entry in enumerate(entries[end:], start=end)
+        if entry is acted or (isinstance(entry.event, WriteIntended) and entry.event.cause is Cause.FALLBACK)
+    )
+    return entries[: next(sent)]
+
+
+def _notes(episode: Episode) -> Iterator[str]:
+    """What proposers said for people to read, each once."""
+    said = [e.event for e in episode.entries if isinstance(e.event, Remarked)]
+    notes = [r for r in said if r.remark is not RemarkKind.REASONING]
+    about = (f"{r.remark.value} of {r.proposer}{f' about {r.about}' if r.about else ''}: {r.text}" for r in notes)
+    yield from dict.fromkeys(about)

@@ -1,0 +1,106 @@
+"""What the instruments of a run said over time, read from its trajectory; true values are nobody's here."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from homeostat.journal.beside.artifacts import TIME
+from homeostat.record.directory import TRAJECTORY
+
+Values = NDArray[np.float64]
+_MEASURED: Final = "measured "
+"""Begin of the columns that instruments have filled."""
+_FEWEST: Final = 20
+"""Samples below which nothing is called usual."""
+
+
+class ReadingsError(ValueError):
+    """A trajectory cannot be read; the message says which and why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """Readings of every tag at common times."""
+
+    times_s: Values
+    """Process times, rising, shape (n,) [s]."""
+    signals: Mapping[str, Values]
+    """Tag -> readings in its unit, NaN where there is none, each of shape (n,)."""
+
+    @classmethod
+    def of(cls, run_dir: Path) -> Self | None:
+        """The readings kept in ``run_dir``; None where there are none, because the run goes on or was killed.
+
+        Raises ReadingsError where the file is no trajectory.
+        """
+        path = run_dir / TRAJECTORY
+        if not path.is_file():
+            return None
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        try:
+            table = pq.read_table(path)
+            names = [name for name in table.schema.names if name.startswith(_MEASURED)]
+            times = np.asarray(table[TIME], dtype=np.float64)
+            signals = {n.removeprefix(_MEASURED): np.asarray(table[n], dtype=np.float64) for n in names}
+        except (pa.ArrowException, KeyError, OSError, ValueError) as error:
+            raise ReadingsError(f"{str(path)!r} is no trajectory: {' '.join(str(error).split())}") from error
+        return cls(times, signals) if times.size else None
+
+    @property
+    def last_s(self) -> float:
+        """Time of the last sample [s]."""
+        return float(self.times_s[-1])
+
+    @property
+    def dt_s(self) -> float:
+        """Sampling period [s]; 1 where there is a single sample."""
+        return float(self.times_s[1] - self.times_s[0]) if self.times_s.size > 1 else 1.0
+
+    def at(self, at_s: float) -> tuple[float, dict[str, float]]:
+        """Time of the last sample up to ``at_s`` [s], and tag -> reading there; nothing before the first."""
+        index = self.until(at_s) - 1
+        if index < 0:
+            return at_s, {}
+        return float(self.times_s[index]), {tag: float(values[index]) for tag, values in self.signals.items()}
+
+    def until(self, at_s: float) -> int:
+        """Number of samples that are not after ``at_s`` [s]."""
+        return int(np.searchsorted(self.times_s, at_s, side="right"))
+
+    def between(self, from_s: float, to_s: float) -> slice:
+        """Samples from ``from_s`` to ``to_s`` [s], both included."""
+        return slice(int(np.searchsorted(self.times_s, from_s, side="left")), self.until(to_s))
+
+    def usual(self, tag: str, span: slice) -> tuple[float, float] | None:
+        """Between what 98 % of the readings of ``tag`` in ``span`` lie; None where there are too few."""
+        values = self.signals[tag][span]
+        values = values[np.isfinite(values)]
+        if values.size < _FEWEST:
+            return None
+        low, high = np.percentile(values, (1.0, 99.0))
+        return float(low), float(high)
+
+
+def thinned(times_s: Values, series: Iterable[Values], width: int) -> NDArray[np.int64]:
+    """Indices that draw ``series`` on ``width`` pixels as all samples would (M4: Jugel and others, 2014).
+
+    First, last, least and largest sample of each pixel stay. ``times_s`` and each series have shape (n,).
+    """
+    count = times_s.size
+    if count <= 4 * width:
+        return np.arange(count)
+    edges = np.unique(np.linspace(0, count, width + 1).astype(np.int64))
+    kept = {0, count - 1}
+    for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        kept |= {begin, end - 1}
+        for values in series:
+            part = values[begin:end]
+            if np.isfinite(part).any():
+                kept |= {begin + int(np.nanargmin(part)), begin + int(np.nanargmax(part))}
+    return np.array(sorted(kept), dtype=np.int64)

@@ -1,0 +1,163 @@
+"""The server's answers: a page, what it shows as JSON, and a stream of moments (server-sent events)."""
+
+import math
+from collections.abc import Awaitable, Callable
+from importlib.resources import files
+from typing import Final
+
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import MutableHeaders
+from starlette.middleware import Middleware
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+from starlette.requests import Request
+from starlette.responses import Response, StreamingResponse
+from starlette.routing import Route
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from homeostat.console.card.evidence import Evidence, readings_trend
+from homeostat.console.opened import OpenedRun
+from homeostat.console.server.stream import FASTEST, SLOWEST, moments
+from homeostat.console.text import to_json
+from homeostat.console.view import seen, shown
+
+HOSTS: Final = ("127.0.0.1", "localhost")
+"""Names under which the page may be asked for: another one is another page's, which had its name resolved to here."""
+_PAGE: Final = {
+    "/": ("index.html", "text/html; charset=utf-8"),
+    "/console.js": ("console.js", "text/javascript; charset=utf-8"),
+    "/console.css": ("console.css", "text/css; charset=utf-8"),
+}
+"""Everything of the page: nothing else is ever read from the disk by a name that a request gives."""
+_HEADERS: Final = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+    "img-src 'self' data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
+    "require-trusted-types-for 'script'",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+_WIDEST: Final = 4000
+"""Most pixels that a trend is drawn on."""
+
+
+class AskedWrong(ValueError):
+    """A request asks for what there is not; the message says so in one line."""
+
+
+def application(run: OpenedRun) -> Starlette:
+    """The answers to everything that may be asked of ``run``; whatever is asked, nothing is written."""
+    answers = _Answers(run)
+    routes = [Route(path, _file(*content), methods=["GET"]) for path, content in _PAGE.items()]
+    routes += [
+        Route("/api/run", answers.run, methods=["GET"]),
+        Route("/api/moment", answers.moment, methods=["GET"]),
+        Route("/api/trend", answers.trend, methods=["GET"]),
+        Route("/api/feature", answers.feature, methods=["GET"]),
+        Route("/api/stream", answers.stream, methods=["GET"]),
+    ]
+    guards = [Middleware(_Headers), Middleware(TrustedHostMiddleware, [*HOSTS])]
+    return Starlette(routes=routes, middleware=guards, exception_handlers={AskedWrong: _refused})
+
+
+class _Headers:
+    """Adds to every answer what a browser is to refuse."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        async def with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                MutableHeaders(scope=message).update(_HEADERS)
+            await send(message)
+
+        await self._app(scope, receive, with_headers)
+
+
+async def _refused(request: Request, error: Exception) -> Response:
+    return _json({"error": str(error)}, 400)
+
+
+def _json(value: object, status: int = 200) -> Response:
+    return Response(to_json(value), status, media_type="application/json")
+
+
+def _file(name: str, kind: str) -> Callable[[Request], Awaitable[Response]]:
+    content = files(__package__).joinpath("static", name).read_bytes()
+
+    async def answer(request: Request) -> Response:
+        return Response(content, media_type=kind)
+
+    return answer
+
+
+class _Answers:
+    """What is asked of one run."""
+
+    def __init__(self, run: OpenedRun) -> None:
+        self._run = run
+        self._evidence: Evidence | None = None
+
+    async def run(self, request: Request) -> Response:
+        await run_in_threadpool(self._run.refresh)
+        return _json(await run_in_threadpool(shown, self._run))
+
+    async def moment(self, request: Request) -> Response:
+        return _json(await run_in_threadpool(seen, self._run, _number(request, "at", self._run.last_s)))
+
+    async def trend(self, request: Request) -> Response:
+        readings, tags = self._run.readings, tuple(request.query_params.getlist("tag"))
+        if readings is None:
+            raise AskedWrong("the run has no readings; they are kept when a run ends")
+        if unknown := [tag for tag in tags if tag not in readings.signals]:
+            raise AskedWrong(f"no tag {unknown[0][:80]!r} was measured in this run")
+        if not tags:
+            raise AskedWrong("no tag is named; give tag=NAME")
+        return _json(await run_in_threadpool(readings_trend, readings, tags, *_span(request, self._run)))
+
+    async def feature(self, request: Request) -> Response:
+        name = request.query_params.get("name", "")
+        if self._evidence is None and self._run.readings is not None:
+            self._evidence = Evidence(self._run.plant, self._run.readings)
+        span = _span(request, self._run)
+        found = None if self._evidence is None else await run_in_threadpool(self._evidence.feature, name, *span)
+        if found is None:
+            raise AskedWrong(f"no feature {name[:80]!r} can be drawn for this run")
+        return _json(found)
+
+    async def stream(self, request: Request) -> Response:
+        at_s = _number(request, "at", 0.0)
+        if last := request.headers.get("last-event-id"):
+            at_s = _finite("Last-Event-ID", last)
+        speed = _number(request, "speed", 1.0)
+        if not SLOWEST <= speed <= FASTEST:
+            raise AskedWrong(f"speed is {speed:g}; it must be from {SLOWEST:g} to {FASTEST:g}")
+        return StreamingResponse(moments(self._run, at_s, speed), media_type="text/event-stream")
+
+
+def _span(request: Request, run: OpenedRun) -> tuple[float, float, int]:
+    """From when to when [s], and on how many pixels."""
+    from_s, to_s = _number(request, "from", 0.0), _number(request, "to", run.last_s)
+    width = _number(request, "width", 800.0)
+    if not 1.0 <= width <= _WIDEST:
+        raise AskedWrong(f"width is {width:g} px; it must be from 1 to {_WIDEST} px")
+    return from_s, to_s, int(width)
+
+
+def _number(request: Request, name: str, default: float) -> float:
+    text = request.query_params.get(name)
+    return default if text is None else _finite(name, text)
+
+
+def _finite(name: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise AskedWrong(f"{name} is {text[:40]!r}; it must be a finite number")
+    return value

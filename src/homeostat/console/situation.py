@@ -1,0 +1,170 @@
+"""Where a run stands at one moment: mode, state, targets, alarms, quality, what is waited for; a fold of its events."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from homeostat.domain.events.guard import (
+    Armed,
+    GuardStarted,
+    QualityChanged,
+    RequestAnswered,
+    SequenceLoaded,
+    StateEntered,
+    StepTaken,
+)
+from homeostat.domain.events.people import (
+    AlarmAcknowledged,
+    AlarmRaised,
+    AlarmReturned,
+    ModeEntered,
+    PersonHeard,
+    ServiceChanged,
+)
+from homeostat.domain.events.recovery import (
+    Attempted,
+    Compared,
+    Diagnosed,
+    GaveUp,
+    NoActionTaken,
+    Noticed,
+    ReleasedActions,
+    Waited,
+)
+from homeostat.domain.events.trips import FallbackActivated, Latched, LatchReset, Shed, Tripped
+from homeostat.domain.events.writes import LeaseLost, LeaseTried, TargetsHeld, WriteIntended
+from homeostat.domain.mode import Verb
+from homeostat.domain.recovery import Command
+from homeostat.domain.request import RequestStatus
+from homeostat.journal import Event, RunFinished, RunStarted
+from homeostat.journal.memory import Entry
+
+
+@dataclass(slots=True)
+class Situation:
+    """What the events up to one moment leave true."""
+
+    mode: str = ""
+    """Mode that the guard stands in; empty before it says so."""
+    requested: str = ""
+    """Mode that was asked for last; the same as ``mode`` unless it was refused or is waited for."""
+    lease_lost: str = ""
+    """Why the plant does not take commands; empty where it does."""
+    latched: str = ""
+    """Why nothing more is released until a person resets the latch; empty where it is not latched."""
+    state: str = ""
+    """State of the machine; empty before it is told."""
+    targets: dict[str, float | None] = field(default_factory=dict)
+    """Writable tag -> target that it was last given; None for automatic."""
+    quality: dict[str, tuple[str, str]] = field(default_factory=dict)
+    """Tag whose reading is not good -> its quality and why."""
+    out_of_service: dict[str, str] = field(default_factory=dict)
+    """Tag that the guard may not write -> why."""
+    alarms: dict[str, tuple[AlarmRaised, float, bool]] = field(default_factory=dict)
+    """Alarm that stands -> what it says, since when [s], and whether a person has seen it."""
+    offered: dict[str, tuple[RequestAnswered, float]] = field(default_factory=dict)
+    """Request that waits for a person's yes -> what the guard said, and since when [s]."""
+    accepted: str = ""
+    """Digest of what is on the way to the plant; empty for nothing."""
+    armed: tuple[str, ...] = ()
+    """Fallbacks in the order in which they would act."""
+    act_by_s: float | None = None
+    """When the first of them acts unless something was released [s]; None for no such time."""
+    thinking_s: float | None = None
+    """When recovery last showed that it works on an answer [s]; None where it has come to an end."""
+    waits: tuple[Waited, float] | None = None
+    """What is waited for, and until when [s]."""
+    finished: str = ""
+    """How the run ended; empty while it goes on."""
+    end_s: float | None = None
+    """When the run is to end [s]; None where it does not say."""
+
+
+def situation(entries: Iterable[Entry]) -> Situation:
+    """Where a run stands after ``entries``."""
+    now = Situation()
+    for entry in entries:
+        for take in (_of_guard, _of_people, _of_recovery):
+            take(now, entry.event, entry.at_s)
+    return now
+
+
+def _of_guard(now: Situation, event: Event, at_s: float) -> None:
+    match event:
+        case GuardStarted():
+            now.mode = now.requested = event.mode
+        case StateEntered() | StepTaken() | SequenceLoaded():
+            now.state = event.state or now.state
+        case TargetsHeld():
+            now.targets |= event.targets
+        case WriteIntended():
+            _aim(now, event.commands)
+        case QualityChanged():
+            now.quality.pop(event.tag, None)
+            if event.quality != "good":
+                now.quality[event.tag] = (event.quality, event.reason)
+        case RequestAnswered():
+            now.offered.pop(event.request, None)
+            if event.status == RequestStatus.OFFERED:
+                now.offered[event.request] = (event, at_s)
+            now.accepted = event.digest if event.status == RequestStatus.ACCEPTED else ""
+        case Armed():
+            now.armed, now.act_by_s = event.strategies, event.act_by_s
+        case LeaseLost() | Shed():
+            now.lease_lost = event.reason
+        case LeaseTried() if event.given:
+            now.lease_lost = ""
+
+
+def _of_people(now: Situation, event: Event, at_s: float) -> None:
+    match event:
+        case ModeEntered():
+            now.mode = now.requested = event.mode
+        case PersonHeard() if event.verb == Verb.MODE.value:
+            now.requested = event.subject if event.done or event.missing else now.mode
+        case ServiceChanged():
+            now.out_of_service.pop(event.tag, None)
+            if not event.in_service:
+                now.out_of_service[event.tag] = event.reason
+        case AlarmRaised():
+            now.alarms[event.alarm] = (event, at_s, False)
+        case AlarmReturned():
+            now.alarms.pop(event.alarm, None)
+        case AlarmAcknowledged() if event.alarm in now.alarms:
+            raised, since_s, _ = now.alarms[event.alarm]
+            now.alarms[event.alarm] = (raised, since_s, True)
+        case LatchReset():
+            now.latched, now.state = "", event.state or now.state
+            now.mode = now.requested = "observe"
+
+
+def _of_recovery(now: Situation, event: Event, at_s: float) -> None:
+    match event:
+        case RunStarted():
+            now.end_s = _number(event.settings.get("end_s"))
+        case RunFinished():
+            now.finished, now.thinking_s, now.act_by_s = event.outcome, None, None
+        case Noticed() | Diagnosed() | Attempted():
+            now.thinking_s, now.waits = at_s, None
+        case Waited():
+            now.thinking_s, now.waits = None, (event, at_s + event.seconds)
+        case ReleasedActions() | NoActionTaken():
+            now.thinking_s, now.act_by_s = None, None
+        case Compared() if not event.chosen:
+            now.thinking_s = None
+        case GaveUp():
+            now.thinking_s = None
+        case FallbackActivated():
+            now.thinking_s, now.act_by_s, now.waits = None, None, None
+            _aim(now, event.commands)
+        case Tripped() if event.acted:
+            now.act_by_s = None
+        case Latched():
+            now.latched, now.act_by_s = event.reason, None
+
+
+def _aim(now: Situation, commands: tuple[Command, ...]) -> None:
+    now.targets |= {command.tag: command.value for command in commands}
+
+
+def _number(value: object) -> float | None:
+    return float(value) if isinstance(value, int | float) else None

@@ -1,0 +1,131 @@
+"""What the page is told: once of the plant and its run, then of every moment that is looked at."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from homeostat.console.card.card import Card
+from homeostat.console.card.episode import card, first_decided_s, first_seen_s
+from homeostat.console.drawn import DrawnPanel, DrawnSheet, DrawnTag, drawn_panels, drawn_sheet, drawn_tags, violated
+from homeostat.console.opened import OpenedRun
+from homeostat.console.overview import Overview, overview
+from homeostat.console.situation import situation
+from homeostat.domain.events.guard import StartUpEnded, StateEntered
+from homeostat.journal.memory import Entry
+from homeostat.record.run_record import RunRecord
+from homeostat.record.story.line import Line
+
+_MOST_LINES = 2000
+"""Most lines of the story that the page gets; of a longer one the last ones."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What stays as it is while a run is looked at."""
+
+    title: str
+    """The plant in the engineer's words."""
+    run: str
+    """Name of the run's directory."""
+    notice: str
+    """What a reader must know of plant or record; empty for nothing."""
+    live: bool
+    """Whether a process writes the run now."""
+    closed: bool
+    """Whether the run was closed."""
+    measured: bool
+    """Whether its readings are kept."""
+    last_s: float
+    """The latest process time that something is known of [s]."""
+    begins_s: float | None
+    """When something was first seen [s]; None where nothing ever was."""
+    decided_s: float | None
+    """When it was first decided what to do about it [s]; None where it never was."""
+    tags: tuple[DrawnTag, ...]
+    """Its tags."""
+    panels: tuple[DrawnPanel, ...]
+    """What its figures show."""
+    sheet: DrawnSheet | None
+    """Its flowsheet."""
+    lines: tuple[Line, ...]
+    """What happened, line by line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """A run at one moment."""
+
+    at_s: float
+    """The moment, process time [s]."""
+    sampled_s: float
+    """When the readings were taken [s]."""
+    values: Mapping[str, float]
+    """Tag -> reading; NaN for a manual output on automatic."""
+    quality: Mapping[str, tuple[str, str]]
+    """Tag whose reading is not good -> its quality and why."""
+    targets: Mapping[str, float | None]
+    """Writable tag -> its target; None for automatic."""
+    violated: tuple[str, ...]
+    """Names of the limits that the readings violate, start-up apart."""
+    overview: Overview | None = None
+    """The line above; None where nothing of it has changed."""
+    card: Card | None = None
+    """The card; None where there is none, or nothing of it has changed."""
+
+
+def shown(run: OpenedRun) -> Shown:
+    """What stays as it is."""
+    plant, entries = run.plant, run.entries
+    begins_s = first_seen_s(entries)
+    until_s = run.last_s if begins_s is None else begins_s
+    healthy = slice(0, 0) if run.readings is None else run.readings.between(_settled_s(entries, until_s), until_s)
+    going, closed = run.goes_on(), run.closed
+    notices = [plant.notice, run.trouble]
+    if not closed:
+        notices.append(
+            "The run goes on." if going else "The run did not come to its end; it is shown as far as it came."
+        )
+    if run.readings is None:
+        notices.append("Its readings are not kept: they are stored when a run ends.")
+    return Shown(
+        title=plant.title,
+        run=run.run_dir.name,
+        notice=" ".join(text for text in notices if text),
+        live=going,
+        closed=closed,
+        measured=run.readings is not None,
+        last_s=run.last_s,
+        begins_s=begins_s,
+        decided_s=first_decided_s(entries),
+        tags=drawn_tags(plant, run.readings, healthy),
+        panels=drawn_panels(plant),
+        sheet=drawn_sheet(plant),
+        lines=run.lines[-_MOST_LINES:],
+    )
+
+
+def _settled_s(entries: Sequence[Entry], until_s: float) -> float:
+    """Since when the plant was in the state in which it was at ``until_s`` [s], start-up over: what it usually does."""
+    entered = [e.at_s for e in entries if isinstance(e.event, StateEntered | StartUpEnded) and e.at_s <= until_s]
+    return entered[-1] if entered else 0.0
+
+
+def seen(run: OpenedRun, at_s: float, whole: bool = True) -> Seen:
+    """The run at ``at_s`` [s]; overview and card only where the ``whole`` of it is wanted."""
+    sampled_s, values = run.readings.at(at_s) if run.readings is not None else (at_s, {})
+    entries = run.until(at_s)
+    now = situation(entries)
+    started = any(isinstance(entry.event, StartUpEnded) for entry in entries)
+    broken = violated(values, run.plant.description) if started else ()
+    at = at_s, sampled_s, values, now.quality, now.targets, broken
+    if not whole:
+        return Seen(*at)
+    shown_card = card(recorded(entries), run.plant, run.readings, at_s)
+    return Seen(*at, overview(now, shown_card, run.plant.description, at_s), shown_card)
+
+
+def recorded(entries: Sequence[Entry]) -> RunRecord:
+    """The record of a run that has come so far."""
+    record = RunRecord()
+    for entry in entries:
+        record(entry.event, entry.at_s)
+    return record

@@ -1,0 +1,191 @@
+// The card of an episode: four answers first, then everything that they stand on.
+
+import { FeatureChart } from "./trends";
+import type { Card, Margin, Moment, Move, Proposal, Run } from "./told";
+import { amount, moment, percent, signed, span } from "./words";
+
+function moved(move: Move): boolean {
+  return !move.known || move.before !== move.after;
+}
+
+function target(value: number | null, unit: string): string {
+  return value === null ? "automatic" : amount(value, unit);
+}
+
+function Moves({ moves }: { moves: Move[] }) {
+  const changed = moves.filter(moved), kept = moves.filter((m) => !moved(m));
+  return (
+    <>
+      <table class="moves">
+        <thead><tr><th>Tag</th><th class="n">From</th><th /><th class="n">To</th><th>Ramp</th></tr></thead>
+        <tbody>{changed.map((m) => (
+          <tr key={m.tag}>
+            <th scope="row" title={m.text}>{m.tag} <span class="quiet">{m.text}</span></th>
+            <td class="n">{m.known ? target(m.before, m.unit) : "not known"}</td><td aria-label="to">→</td>
+            <td class="n"><b>{target(m.after, m.unit)}</b></td>
+            <td class="quiet">{m.rate === null ? "at once" : `${amount(m.rate, m.unit === "1" ? "" : m.unit, 2)}/s`}</td>
+          </tr>))}
+        </tbody>
+      </table>
+      {kept.length > 0 && <p class="quiet">Stays as it is: {kept.map((m) => `${m.tag} ${target(m.after, m.unit)}`).join(", ")}</p>}
+    </>
+  );
+}
+
+// Margins that mix units are in scales of their tags, which no instrument shows.
+function size(value: number, unit: string): string {
+  return unit === "1" ? `${signed(value, "1")} (scaled)` : signed(value, unit);
+}
+
+function MarginRow({ m, most, compared }: { m: Margin; most: number; compared: boolean }) {
+  const bad = m.margin < 0, near = !bad && m.scaled < 0.5;
+  const wide = Math.min(100, (100 * Math.abs(m.scaled)) / most);
+  const worse = m.actual !== null && m.actual < m.margin;
+  return (
+    <tr class={bad ? "bad" : near ? "near" : ""}>
+      <th scope="row" title={m.formula}>{m.text || m.name} <span class="quiet">{m.name}{m.hard ? "" : ", has a price"}</span></th>
+      <td class="n"><b>{bad ? "■ " : near ? "△ " : ""}{size(m.margin, m.unit)}</b></td>
+      <td class="bar"><svg viewBox="0 0 100 8" preserveAspectRatio="none" aria-hidden="true">
+        <rect width="100" height="8" class="track" /><rect width={wide} height="8" class="fill" /></svg></td>
+      <td class="n quiet">{moment(m.at_s)} after</td>
+      <td class="n quiet">member {m.member}</td>
+      {compared && <td class="n">{m.actual === null ? "–" : <>{worse ? "△ " : ""}{size(m.actual, m.unit)}</>}</td>}
+    </tr>
+  );
+}
+
+function Margins({ proposal }: { proposal: Proposal }) {
+  if (!proposal.margins.length) return null;
+  const most = Math.max(1, ...proposal.margins.map((m) => Math.min(5, Math.abs(m.scaled))));
+  const compared = proposal.margins.some((m) => m.actual !== null);
+  return (
+    <div class="scroll" tabIndex={0} role="region" aria-label="Margins">
+      <table class="margins">
+        <thead><tr><th>Limit</th><th class="n">Worst predicted</th><th /><th class="n">When</th><th class="n">Worst in</th>
+          {compared && <th class="n">Readings so far</th>}</tr></thead>
+        <tbody>{proposal.margins.map((m) => <MarginRow key={m.name} m={m} most={most} compared={compared} />)}</tbody>
+      </table>
+      <p class="quiet">Distance to each limit in the worst of {proposal.members} members, the nearest first.
+        {proposal.checks > 0 && ` ${proposal.checks} permissives and targets were judged beside them.`}
+        {compared && " Readings: their least distance since the release, noise included."}</p>
+    </div>
+  );
+}
+
+function Answers({ card, now }: { card: Card; now: Moment }) {
+  const p = card.proposal, worst = p?.margins[0], o = now.overview;
+  const left = o?.act_by_s == null ? null : o.act_by_s - now.at_s;
+  const acted = card.acted[0];
+  const moves = p?.moves.filter(moved).slice(0, 3) ?? [];
+  return (
+    <div class="answers">
+      <div>
+        <h3>What is wrong</h3>
+        <p class="big">{card.headline}</p>
+        <p>{card.probability === null ? "No diagnosis." : `${percent(card.probability)} probable${card.explanations[0]?.size ? `, size ${card.explanations[0].size}` : ""}.`} Seen
+          at {moment(card.since_s)}{card.over_s !== null && `, over at ${moment(card.over_s)}`}.</p>
+      </div>
+      <div>
+        <h3>{acted ? "What was done" : p?.released_s != null ? "What was released" : "What is proposed"}</h3>
+        {acted ? <><p class="big">■ Fallback ‘{acted.strategy}’ acted</p><p>{acted.reason}</p></>
+          : p ? <>
+            <p class="big">{p.path.length ? `Go to ${p.path[p.path.length - 1]}` : p.what}{p.seconds > 0 && ` for ${span(p.seconds)}`}</p>
+            <p>{moves.map((m) => <span class="chip" key={m.tag}>{m.tag} {m.known ? (m.before === null ? "automatic" : amount(m.before)) : "?"} → <b>{m.after === null ? "automatic" : amount(m.after, m.unit)}</b></span>)}</p>
+            <p class="status">{p.status}{p.released_s !== null && ` since ${moment(p.released_s)}`}</p>
+          </> : card.let_be ? <><p class="big">Leave it alone</p>
+            <p>{card.let_be.margin >= 0 ? `Without action every check holds in ‘${card.let_be.state}’` : "To act would cost more"}, judged at {moment(card.let_be.at_s)}.</p></>
+          : <><p class="big quiet">{card.compared_s === null ? "Nothing yet" : "No proposal"}</p>
+            {card.refused[0] && <p>{card.refused[0].what}: {card.refused[0].why}</p>}</>}
+      </div>
+      <div>
+        <h3>Why it is safe</h3>
+        {!acted && p && worst ? <>
+          <p class={worst.margin < 0 ? "big bad" : "big"}>{worst.margin < 0 ? "■ " : ""}{size(worst.margin, worst.unit)} at worst</p>
+          <p>{worst.text || worst.name}, after {span(worst.at_s)}, worst of {p.members} members.</p>
+          {p.certificate && <p>{p.certificate.violations} of {p.certificate.draws} draws violate a hard limit: at most {percent(p.certificate.bound)} (with {percent(p.certificate.level)} confidence).</p>}
+        </> : !acted && card.let_be && !p ? <p class="big">{signed(card.let_be.margin, "1")} <span class="quiet">least margin, in the unit of its limit</span></p>
+          : <p class="big quiet">{acted ? "The tables’ own safe state" : "Nothing was judged yet"}</p>}
+        {acted && <p>{acted.stands ? "The plant was read to hold it." : "The plant was not read to hold it yet."}</p>}
+      </div>
+      <div>
+        <h3>How long is left</h3>
+        {left !== null ? <><p class="big">{span(left)}</p><p>Then fallback ‘{o?.fallback}’ acts, at {moment(o!.act_by_s!)}.</p></>
+          : <p class="big quiet">No deadline</p>}
+        {card.alone && <p>If nothing is done: {card.alone}</p>}
+      </div>
+    </div>
+  );
+}
+
+function Explanations({ card }: { card: Card }) {
+  return (
+    <ul class="explanations">{card.explanations.map((e) => (
+      <li key={e.name}>
+        <p><b>{percent(e.probability)}</b> {e.text}{e.size && `, size ${e.size}`} <span class="quiet">{e.component}</span></p>
+        <svg class="share" viewBox="0 0 100 4" preserveAspectRatio="none" aria-hidden="true">
+          <rect width="100" height="4" class="track" /><rect width={100 * e.probability} height="4" class="fill" /></svg>
+        {e.supports.length > 0 && <p class="small">+ seen: {e.supports.join("; ")}</p>}
+        {e.lacks.length > 0 && <p class="small quiet">− may show and was not seen: {e.lacks.join("; ")}</p>}
+        {e.others.length > 0 && <p class="small quiet">− seen, and the tables do not link it: {e.others.join("; ")}</p>}
+      </li>))}
+    </ul>
+  );
+}
+
+function Choices({ card }: { card: Card }) {
+  const least = card.choices.find((c) => c.kind === "leave alone");
+  return (
+    <div class="scroll" tabIndex={0} role="region" aria-label="Costs">
+      <table>
+        <thead><tr><th>What could be done</th><th class="n">Costs</th><th class="n">Beside leaving alone</th><th>May it be done?</th></tr></thead>
+        <tbody>{card.choices.map((c, k) => (
+          <tr key={k} class={c.chosen ? "chosen" : ""}>
+            <th scope="row">{c.chosen ? "✓ " : ""}{c.what} <span class="quiet">{c.by && `by ${c.by}`}</span></th>
+            <td class="n" title={c.items.map(([name, value]) => `${name} ${value.toFixed(1)}`).join(", ")}>{c.cost.toFixed(1)} {card.currency}</td>
+            <td class="n">{least && c !== least ? signed(c.cost - least.cost, card.currency) : ""}</td>
+            <td>{c.refused ? <span class="quiet">no: {c.refused}</span> : c.chosen ? "yes, chosen" : "yes"}</td>
+          </tr>))}
+        </tbody>
+      </table>
+    </div>
+  );
+}
+
+function Quality({ now, run }: { now: Moment; run: Run }) {
+  const poor = Object.entries(now.quality), all = run.tags.length;
+  if (!poor.length) return <p>All {all} tags are good{run.measured ? `; readings of ${moment(now.sampled_s)}.` : "."}</p>;
+  return (
+    <ul>{poor.map(([tag, [quality, why]]) => <li key={tag} class="warn">△ {tag} is {quality}: {why}</li>)}
+      <li class="quiet">{all - poor.length} of {all} tags are good</li></ul>
+  );
+}
+
+export function EpisodeCard({ run, now }: { run: Run; now: Moment }) {
+  const card = now.card;
+  if (!card) return <section class="card" id="card" tabIndex={-1} aria-label="Episode"><h2>Episode</h2><p class="big quiet">Nothing is wrong and nothing was.</p></section>;
+  const p = card.proposal;
+  return (
+    <section class="card" id="card" tabIndex={-1} aria-label="Episode">
+      <Answers card={card} now={now} />
+      {p && <div class="part wide"><h2>Proposal <span class="quiet">by {p.proposer} at {moment(p.at_s)}: {p.path.join(" → ")}</span></h2>
+        {p.reasons.map((r) => <blockquote key={r}>{r}</blockquote>)}
+        {p.moves.length > 0 && <Moves moves={p.moves} />}
+        {p.later.map((s, k) => <div key={k} class="step"><p>Then, when <code>{s.guard}</code>: {s.state}</p><Moves moves={s.moves} /></div>)}
+        <Margins proposal={p} /></div>}
+      {card.acted.map((a) => <div class="part" key={a.at_s}><h2>■ Fallback ‘{a.strategy}’ at {moment(a.at_s)}</h2><p>{a.reason}</p><Moves moves={a.moves} /></div>)}
+      <div class="part"><h2>What may be wrong{card.diagnosed_s !== null && <span class="quiet"> judged at {moment(card.diagnosed_s)}</span>}</h2>
+        {card.explanations.length ? <Explanations card={card} /> : <p>Nothing was diagnosed.</p>}</div>
+      {card.seen.length > 0 && <div class="part"><h2>Evidence</h2>
+        {card.seen.map((s) => <div key={s.rule}>
+          <p>{s.text}{s.times !== null && <>: <b>{amount(Math.abs(s.times), "1", 2)} times</b> its threshold</>}
+            {s.value !== null && <span class="quiet"> ({signed(s.value, s.unit)} from its reference, {s.rule})</span>}</p>
+          {run.measured && s.feature && <FeatureChart name={s.feature} at={now.at_s} since={card.since_s} />}
+        </div>)}</div>}
+      {card.choices.length > 0 && <div class="part wide"><h2>Cost{card.compared_s !== null && <span class="quiet"> compared at {moment(card.compared_s)}</span>}</h2><Choices card={card} /></div>}
+      {card.refused.length > 0 && <div class="part wide"><h2>Refused</h2><ul>{card.refused.map((r, k) => (
+        <li key={k}><span class="quiet">{moment(r.at_s)}</span> {r.what}: {r.why}</li>))}</ul></div>}
+      <div class="part"><h2>Quality of the data</h2><Quality now={now} run={run} /></div>
+      {card.notes.length > 0 && <div class="part"><h2>Notes</h2>{card.notes.map((n) => <blockquote key={n}>{n}</blockquote>)}</div>}
+    </section>
+  );
+}

@@ -1,0 +1,78 @@
+// What the server tells, as it tells it. Every text is data: it becomes text of the page and never markup.
+
+export interface Limit { name: string; text: string; value: number; upper: boolean; hard: boolean }
+export interface Tag {
+  name: string; text: string; role: string; unit: string; low: number; high: number;
+  usual: [number, number] | null; stale_s: number | null; limits: Limit[];
+}
+export interface SheetLine { text: string; bubble: string; title: boolean; tag: string }
+export interface Box {
+  x: number; y: number; width: number; height: number; kind: string; icon: string; tip: string; lines: SheetLine[];
+}
+export interface Arrow { points: [number, number][]; kind: string; tip: string }
+export interface Sheet { width: number; height: number; boxes: Box[]; arrows: Arrow[] }
+export interface Panel { title: string; unit: string; tags: string[] }
+export interface Line { at_s: number; label: string; text: string; tone: string }
+export interface Run {
+  title: string; run: string; notice: string; live: boolean; closed: boolean; measured: boolean; last_s: number;
+  begins_s: number | null; decided_s: number | null; tags: Tag[]; panels: Panel[]; sheet: Sheet | null; lines: Line[];
+}
+
+export interface Raised { alarm: string; cause: string; priority: string; since_s: number; acknowledged: boolean }
+export interface Overview {
+  mode: string; requested: string; shed: string; state: string; level: string; alarm: string; alarm_s: number | null;
+  folded: Raised[]; act_by_s: number | null; fallback: string; waiting: string; latched: string;
+  out_of_service: [string, string][]; finished: string;
+}
+export interface Symptom {
+  rule: string; text: string; at_s: number | null; value: number | null; times: number | null;
+  threshold: number | null; unit: string; feature: string;
+}
+export interface Explanation {
+  name: string; text: string; size: string; probability: number; component: string; supports: string[]; lacks: string[];
+  others: string[];
+}
+export interface Move {
+  tag: string; text: string; unit: string; before: number | null; known: boolean; after: number | null;
+  rate: number | null;
+}
+export interface Later { guard: string; state: string; moves: Move[] }
+export interface Margin {
+  name: string; text: string; formula: string; margin: number; unit: string; at_s: number; member: number;
+  scaled: number; hard: boolean; actual: number | null; actual_at_s: number | null;
+}
+export interface Certificate { draws: number; violations: number; bound: number; level: number }
+export interface Proposal {
+  what: string; digest: string; proposer: string; at_s: number; status: string; released_s: number | null;
+  seconds: number; path: string[]; moves: Move[]; later: Later[]; reasons: string[]; approved: boolean;
+  members: number; margins: Margin[]; checks: number; certificate: Certificate | null;
+}
+export interface LetBe { at_s: number; state: string; margin: number }
+export interface Choice {
+  what: string; kind: string; by: string; cost: number; items: [string, number][]; refused: string; chosen: boolean;
+}
+export interface Refusal { at_s: number; what: string; why: string }
+export interface Acted { at_s: number; strategy: string; reason: string; moves: Move[]; stands: boolean }
+export interface Card {
+  since_s: number; over_s: number | null; headline: string; probability: number | null; diagnosed_s: number | null;
+  seen: Symptom[]; explanations: Explanation[]; alone: string; let_be: LetBe | null; proposal: Proposal | null; currency: string;
+  compared_s: number | null; choices: Choice[]; refused: Refusal[]; acted: Acted[]; notes: string[];
+}
+export interface Moment {
+  at_s: number; sampled_s: number; values: Record<string, number | null>;
+  quality: Record<string, [string, string]>; targets: Record<string, number | null>; violated: string[];
+  overview: Overview | null; card: Card | null;
+}
+export interface Trend { times_s: number[]; series: [string, (number | null)[]][] }
+export interface FeatureTrend { trend: Trend; unit: string; band: [number, number] }
+
+export async function ask<T>(path: string, query: Record<string, string | number | string[]> = {}): Promise<T> {
+  const words = new URLSearchParams();
+  for (const [name, value] of Object.entries(query)) {
+    for (const each of Array.isArray(value) ? value : [value]) words.append(name, String(each));
+  }
+  const answer = await fetch(`${path}?${words}`);
+  const content = await answer.json();
+  if (!answer.ok) throw new Error(content.error ?? answer.statusText);
+  return content as T;
+}
