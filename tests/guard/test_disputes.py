@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from homeostat.domain.events.trips import TripLifted, TripLiftEnded
 from homeostat.domain.plant.rules import TripRule
+from homeostat.domain.plant.timing import Timing
 from tests.guard.test_trips import HOT_BY_BALANCE, RULE, Watch, hot
 
 pytestmark = pytest.mark.quick
@@ -125,6 +128,15 @@ def test_reading_and_carrier_together_hold_back_what_a_correction_says() -> None
     for _ in range(10):
         assert w.judge(hot(311.0)) == ()
     assert isinstance(w.noted[-1][1], TripLiftEnded)
+
+
+def test_a_carrier_at_its_very_bound_still_refutes_a_correction() -> None:
+    """What a limit permits is permitted up to it: a carrier that holds by nothing holds."""
+    for tx, trips in ((311.5, False), (311.6, True)):
+        w = Watch(RULE)
+        w.watch.correct(LOW)
+        w.judge(hot(307.0, tx))
+        assert (TRIPS in [w.judge(hot(311.0, tx)) for _ in range(10)]) is trips
 
 
 @pytest.mark.parametrize("errors", [({},), ({"T": -1.0},)])
@@ -263,3 +275,19 @@ def test_an_uncertain_step_that_comes_back_is_watched_from_where_it_began() -> N
         assert w.judge(hot(t)) == ()
     waited = until_it_trips(w, 309.0)
     assert 6 + 8 <= waited <= 6 + 8 + 12
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("tick_s", [0.1, 60.0])
+def test_a_dispute_goes_by_the_plants_ticks(tick_s: float, seed: int) -> None:
+    """What a plant of another tick reads is told as that of a second is, tick by tick."""
+    reads = 309.5 + np.random.default_rng(seed).normal(0.0, 2.0, 60)
+
+    def course(tick_s: float) -> list[tuple[str, ...]]:
+        rule = replace(ALONE, cusum=ALONE.cusum * tick_s, grace_s=ALONE.grace_s * tick_s)
+        w = Watch(rule, timing=Timing.of(tick_s))
+        w.watch.correct(LOW)
+        return [w.judge(hot(float(t)), dt_s=tick_s) for t in reads]
+
+    found = course(tick_s)
+    assert found == course(1.0) and (TRIPS in found)
