@@ -3,7 +3,7 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from homeostat.agents.playbook.book import Book
 from homeostat.agents.roles import AskingProtocol
@@ -29,6 +29,9 @@ from homeostat.record.playbook import PlaybookError, add_to_playbook
 from homeostat.record.story.story import Story
 from homeostat.record.story.summary import summary
 
+if TYPE_CHECKING:
+    from homeostat.cli.live import LivePage
+
 RUNS = Path("runs")
 """Where runs are kept unless told otherwise."""
 STATUS = {
@@ -46,6 +49,7 @@ def carry_out(options: argparse.Namespace) -> int:
     """Check everything, run, show, keep; the exit status says what happened (:data:`STATUS`)."""
     speaker = operation.speaker(options)
     operation.check(options)
+    live = _live_page() if options.console else None
     plant = load_plant(options.case)
     playbook = _playbook(options, plant)
     chosen = scenario(
@@ -61,9 +65,10 @@ def carry_out(options: argparse.Namespace) -> int:
         directory = RunDirectory.next_free(RUNS, f"{plant.name}-{chosen.fault}-{chosen.seed}")
     if directory.unsigned:
         print(f"homeostat: the run is not signed: {printable(directory.unsigned)}", file=sys.stderr)
+    page = None if live is None else live(plant, directory.path)
     operated = operation.chosen(options, directory.path)
     proposing = Proposing(speaker, conditions, budget=operation.budget(options), playbook=playbook and playbook.book)
-    going = Going(plant, chosen, directory, thinking, options.proposer, proposing, operated, playbook)
+    going = Going(plant, chosen, directory, thinking, options.proposer, proposing, operated, playbook, page)
     return carry(going, options.json)
 
 
@@ -111,6 +116,16 @@ class Going(NamedTuple):
     proposing: Proposing
     operation: Operation
     playbook: Playbook | None = None
+    page: "LivePage | None" = None
+
+
+def _live_page() -> "type[LivePage]":
+    """What shows a run while it goes on; UsageError where the extra is not installed."""
+    try:
+        from homeostat.cli.live import LivePage
+    except ImportError as error:
+        raise UsageError(f"--console needs {error.name!r}: pip install 'homeostat[console]'") from error
+    return LivePage
 
 
 def carry(going: Going, as_json: bool) -> int:
@@ -130,6 +145,8 @@ def carry(going: Going, as_json: bool) -> int:
         for line in story.watch(snapshot.at_s):
             view.show(line)
         view.progress(snapshot.at_s, snapshot.values, story.phase, story.state)
+        if going.page is not None:
+            going.page.see(snapshot)
 
     try:
         with directory:
@@ -151,6 +168,8 @@ def carry(going: Going, as_json: bool) -> int:
     if directory.missing:
         words = f"the record in {str(directory.path)!r} is incomplete: {directory.missing}"
         print(f"homeostat: {printable(words)}", file=sys.stderr)
+    if going.page is not None:
+        going.page.stay()
     return STATUS[result.outcome] if directory.keeps(RESULT) else NOT_STORED
 
 

@@ -40,6 +40,11 @@ class Evidence:
         self._plant, self._readings = plant, readings
         self._known: dict[str, Values] = {}
 
+    @property
+    def last_s(self) -> float:
+        """Time of the last reading [s]."""
+        return self._readings.last_s
+
     def feature(self, name: str, from_s: float, to_s: float, width: int) -> FeatureTrend | None:
         """The feature called ``name`` from ``from_s`` to ``to_s`` [s], on ``width`` pixels.
 
