@@ -177,7 +177,7 @@ function App() {
           <Flowsheet run={run} sheet={run.sheet} now={now} /></section>}
         <Log lines={run.lines} at={now.at_s} seek={player.seek} />
       </main>
-      <footer class="quiet">Run {run.run}. Keys: press ?</footer>
+      <footer class="quiet">Keys: press ?</footer>
     </>
   );
 }

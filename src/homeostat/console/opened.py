@@ -118,7 +118,7 @@ class OpenedRun:
         entries: list[Entry] = []
         lines: list[Line] = []
         self.trouble = ""
-        story: Story | None = Story(self.plant.description, self.run_dir)
+        story: Story | None = Story(self.plant.description)  # a directory may be called after what is wrong
         try:
             for record in read_events(self.run_dir):
                 event = decode(record)

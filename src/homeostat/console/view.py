@@ -24,8 +24,6 @@ class Shown:
 
     title: str
     """The plant in the engineer's words."""
-    run: str
-    """Name of the run's directory."""
     notice: str
     """What a reader must know of plant or record; empty for nothing."""
     live: bool
@@ -91,7 +89,6 @@ def shown(run: OpenedRun) -> Shown:
         notices.append("Its readings are not kept: they are stored when a run ends.")
     return Shown(
         title=plant.title,
-        run=run.run_dir.name,
         notice=" ".join(text for text in notices if text),
         live=going,
         closed=closed,
