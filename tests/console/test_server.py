@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import socket
 from pathlib import Path
 
@@ -128,3 +129,11 @@ def test_a_run_that_was_killed_is_shown_as_far_as_it_came(recovered_run: Path, t
         }
         (event,) = server.moments(f"/api/stream?at={last.at_s}&speed=1", 1)
         assert float(event["id"]) == last.at_s
+
+
+def test_the_name_of_a_directory_gives_nothing_away(recovered_run: Path, tmp_path: Path) -> None:
+    named = tmp_path / "cool_stuck_closed-is-true"
+    shutil.copytree(recovered_run, named)
+    with served(named) as server:
+        asked = ["/", "/api/run", *(f"/api/moment?at={at_s}" for at_s in (100, 905, 1050))]
+        assert all(b"is-true" not in server.ask(path).body for path in asked)

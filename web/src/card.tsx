@@ -172,7 +172,7 @@ export function EpisodeCard({ run, now }: { run: Run; now: Moment }) {
         {p.moves.length > 0 && <Moves moves={p.moves} />}
         {p.later.map((s, k) => <div key={k} class="step"><p>Then, when <code>{s.guard}</code>: {s.state}</p><Moves moves={s.moves} /></div>)}
         <Margins proposal={p} /></div>}
-      {card.acted.map((a) => <div class="part" key={a.at_s}><h2>■ Fallback ‘{a.strategy}’ at {moment(a.at_s)}</h2><p>{a.reason}</p><Moves moves={a.moves} /></div>)}
+      {card.acted.map((a) => <div class="part wide" key={a.at_s}><h2>■ Fallback ‘{a.strategy}’ at {moment(a.at_s)}</h2><p>{a.reason}</p><Moves moves={a.moves} /></div>)}
       <div class="part"><h2>What may be wrong{card.diagnosed_s !== null && <span class="quiet"> judged at {moment(card.diagnosed_s)}</span>}</h2>
         {card.explanations.length ? <Explanations card={card} /> : <p>Nothing was diagnosed.</p>}</div>
       {card.seen.length > 0 && <div class="part"><h2>Evidence</h2>

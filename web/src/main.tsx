@@ -58,7 +58,7 @@ function usePlayer(run: Run | null): Player {
     void look(begin);
     setFrom(begin);
     setPlaying(run.live);
-    if (run.live) setSpeed(1);
+    if (run.live) setSpeed(1000); // as fast as it comes
   }, [run]);
   useEffect(() => {
     if (!playing || !known) return;
@@ -82,15 +82,15 @@ function usePlayer(run: Run | null): Player {
 }
 
 function Transport({ run, player, theme, turn }: { run: Run; player: Player; theme: string; turn: () => void }) {
-  const at = player.now?.at_s ?? 0;
+  const at = player.now?.at_s ?? 0, last = Math.max(run.last_s, at);
   return (
     <nav class="transport" aria-label="Replay">
       <button type="button" onClick={player.toggle} aria-pressed={player.playing} title="Space">{player.playing ? "❚❚ Pause" : "▶ Play"}</button>
       <label>Speed <select value={String(player.speed)} onChange={(e) => player.choose(Number(e.currentTarget.value))}>
         {SPEEDS.map((s) => <option key={s} value={String(s)}>{s} ×</option>)}</select></label>
-      <input type="range" min={0} max={Math.max(1, Math.round(run.last_s))} step={1} value={Math.round(at)} aria-label="Process time"
-        aria-valuetext={`${moment(at)} of ${moment(run.last_s)}`} onInput={(e) => player.seek(Number(e.currentTarget.value))} />
-      <span class="clock">{moment(at)} <span class="quiet">of {moment(run.last_s)} ({span(at)})</span></span>
+      <input type="range" min={0} max={Math.max(1, Math.round(last))} step={1} value={Math.round(at)} aria-label="Process time"
+        aria-valuetext={`${moment(at)} of ${moment(last)}`} onInput={(e) => player.seek(Number(e.currentTarget.value))} />
+      <span class="clock">{moment(at)} <span class="quiet">of {moment(last)} ({span(at)})</span></span>
       {run.begins_s !== null && <button type="button" onClick={() => player.seek(run.begins_s!)} title="e">First symptom</button>}
       <button type="button" onClick={turn} title="t">{theme === "dark" ? "Light" : "Dark"}</button>
       {player.lost && <b class="warn" role="alert">△ The connection is lost: this is how it was at {moment(at)}.</b>}
@@ -160,7 +160,7 @@ function App() {
     <>
       <header><OverviewLine title={run.title} now={now} /></header>
       <Transport run={run} player={player} theme={theme} turn={turn} />
-      {run.notice && <p class="notice" role="status">△ {run.notice}</p>}
+      {run.notice && <p class={run.live ? "notice calm" : "notice"} role="status">{run.live ? "" : "△ "}{run.notice}</p>}
       {helped && <p class="notice">Space: play or pause. ← →: 10 s, with Shift 60 s. Home, End. + −: speed. e: first symptom. t: theme. 1 card, 2 readings, 3 trends, 4 plant, 5 events.</p>}
       <main class={run.measured ? "" : "single"}>
         <EpisodeCard run={run} now={now} />
@@ -177,7 +177,7 @@ function App() {
           <Flowsheet run={run} sheet={run.sheet} now={now} /></section>}
         <Log lines={run.lines} at={now.at_s} seek={player.seek} />
       </main>
-      <footer class="quiet">Run {run.run}. Keys: press ?</footer>
+      <footer class="quiet">Keys: press ?</footer>
     </>
   );
 }

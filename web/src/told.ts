@@ -14,7 +14,7 @@ export interface Sheet { width: number; height: number; boxes: Box[]; arrows: Ar
 export interface Panel { title: string; unit: string; tags: string[] }
 export interface Line { at_s: number; label: string; text: string; tone: string }
 export interface Run {
-  title: string; run: string; notice: string; live: boolean; closed: boolean; measured: boolean; last_s: number;
+  title: string; notice: string; live: boolean; closed: boolean; measured: boolean; last_s: number;
   begins_s: number | null; decided_s: number | null; tags: Tag[]; panels: Panel[]; sheet: Sheet | null; lines: Line[];
 }
 

@@ -76,12 +76,12 @@ def chosen_model(name: str, options: argparse.Namespace) -> NamedModel:
 
 
 PACE: Final = 10.0
-"""Process seconds per second of a run that waits for people, unless told otherwise."""
+"""Process seconds per second of a run that waits for people, or that they look at, unless told otherwise."""
 
 
 def check(options: argparse.Namespace) -> None:
     """Settle the pace; UsageError where time would pass in two ways."""
-    if options.mode == "approve" and options.pace is None:
+    if (options.mode == "approve" or options.console) and options.pace is None:
         options.pace = PACE
     if options.pace is not None and (options.thinking_declared is not None or options.thinking_scale != 1.0):
         raise UsageError("a paced run thinks in real time; leave --thinking-declared and --thinking-scale out")

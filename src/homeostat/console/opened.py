@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from homeostat.console.readings import Readings, ReadingsError
+from homeostat.console.readings import Gathered, Readings, ReadingsError
 from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.flowsheet import Flowsheet
@@ -47,23 +47,29 @@ class KnownPlant:
 class OpenedRun:
     """A run directory as it is now."""
 
-    def __init__(self, run_dir: Path, plant: KnownPlant) -> None:
-        """Read the run in ``run_dir``, whose plant is ``plant``."""
-        self.run_dir, self.plant = run_dir, plant
+    def __init__(self, run_dir: Path, plant: KnownPlant, gathered: Gathered | None = None) -> None:
+        """Read the run in ``run_dir``, whose plant is ``plant``; ``gathered`` has readings that are not kept yet."""
+        self.run_dir, self.plant, self._gathered = run_dir, plant, gathered
+        self._stored: Readings | None = None
         self._size = -1
         self._entries: tuple[Entry, ...] = ()
         self.lines: tuple[Line, ...] = ()
         """The story, without what was truly wrong."""
         self.trouble = ""
         """Why the record cannot be read further; empty where it can."""
-        self.readings: Readings | None = None
-        """What was measured; None as long as that is not kept."""
         self.refresh()
 
     @property
     def entries(self) -> Sequence[Entry]:
         """Everything that happened, in order."""
         return self._entries
+
+    @property
+    def readings(self) -> Readings | None:
+        """What was measured; None as long as nobody has it."""
+        if self._stored is None and self._gathered is not None:
+            return self._gathered.readings()
+        return self._stored
 
     @property
     def closed(self) -> bool:
@@ -74,7 +80,8 @@ class OpenedRun:
     def last_s(self) -> float:
         """The latest process time that something is known of [s]."""
         told = self._entries[-1].at_s if self._entries else 0.0
-        return max(told, self.readings.last_s if self.readings else 0.0)
+        readings = self.readings
+        return max(told, readings.last_s if readings else 0.0)
 
     def refresh(self) -> bool:
         """Read the journal again where it has grown; whether it had."""
@@ -87,7 +94,7 @@ class OpenedRun:
         self._size = size
         self._read()
         try:
-            self.readings = Readings.of(self.run_dir)
+            self._stored = Readings.of(self.run_dir)
         except ReadingsError as error:
             self.trouble = self.trouble or str(error)
         return True
@@ -111,7 +118,7 @@ class OpenedRun:
         entries: list[Entry] = []
         lines: list[Line] = []
         self.trouble = ""
-        story: Story | None = Story(self.plant.description, self.run_dir)
+        story: Story | None = Story(self.plant.description)  # a directory may be called after what is wrong
         try:
             for record in read_events(self.run_dir):
                 event = decode(record)

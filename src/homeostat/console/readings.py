@@ -8,12 +8,15 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from homeostat.domain.snapshot import Snapshot
 from homeostat.journal.beside.artifacts import TIME
 from homeostat.record.directory import TRAJECTORY
 
 Values = NDArray[np.float64]
 _MEASURED: Final = "measured "
 """Begin of the columns that instruments have filled."""
+_ROOM: Final = 4096
+"""Moments for which there is room at first."""
 _FEWEST: Final = 20
 """Samples below which nothing is called usual."""
 
@@ -85,6 +88,35 @@ class Readings:
             return None
         low, high = np.percentile(values, (1.0, 99.0))
         return float(low), float(high)
+
+
+class Gathered:
+    """Readings of a run that goes on, taken one moment after the other; another thread may ask for them meanwhile."""
+
+    def __init__(self, tags: Iterable[str]) -> None:
+        """Nothing of ``tags`` was read yet."""
+        self._times = np.empty(_ROOM)
+        self._signals = {tag: np.empty(_ROOM) for tag in tags}
+        self._count = 0
+
+    def __call__(self, snapshot: Snapshot) -> None:
+        """Take what the plant says; what is no later than what was taken before is left out."""
+        count = self._count
+        if count and snapshot.at_s <= self._times[count - 1]:
+            return
+        if count == self._times.size:
+            self._times = np.resize(self._times, 2 * count)
+            self._signals = {tag: np.resize(values, 2 * count) for tag, values in self._signals.items()}
+        self._times[count] = snapshot.at_s
+        for tag, values in self._signals.items():
+            values[count] = snapshot.values.get(tag, np.nan)
+        self._count = count + 1  # last: what is counted is there
+
+    def readings(self) -> Readings | None:
+        """What was taken so far; None where that is nothing."""
+        count, times, signals = self._count, self._times, self._signals
+        count = min(count, times.size, *(values.size for values in signals.values()))
+        return Readings(times[:count], {tag: values[:count] for tag, values in signals.items()}) if count else None
 
 
 def thinned(times_s: Values, series: Iterable[Values], width: int) -> NDArray[np.int64]:

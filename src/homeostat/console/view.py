@@ -24,8 +24,6 @@ class Shown:
 
     title: str
     """The plant in the engineer's words."""
-    run: str
-    """Name of the run's directory."""
     notice: str
     """What a reader must know of plant or record; empty for nothing."""
     live: bool
@@ -77,26 +75,28 @@ def shown(run: OpenedRun) -> Shown:
     plant, entries = run.plant, run.entries
     begins_s = first_seen_s(entries)
     until_s = run.last_s if begins_s is None else begins_s
-    healthy = slice(0, 0) if run.readings is None else run.readings.between(_settled_s(entries, until_s), until_s)
+    readings = run.readings
+    healthy = slice(0, 0) if readings is None else readings.between(_settled_s(entries, until_s), until_s)
     going, closed = run.goes_on(), run.closed
     notices = [plant.notice, run.trouble]
     if not closed:
         notices.append(
-            "The run goes on." if going else "The run did not come to its end; it is shown as far as it came."
+            "The run goes on; this page follows it."
+            if going
+            else "The run did not come to its end; it is shown as far as it came."
         )
-    if run.readings is None:
+    if readings is None:
         notices.append("Its readings are not kept: they are stored when a run ends.")
     return Shown(
         title=plant.title,
-        run=run.run_dir.name,
         notice=" ".join(text for text in notices if text),
         live=going,
         closed=closed,
-        measured=run.readings is not None,
+        measured=readings is not None,
         last_s=run.last_s,
         begins_s=begins_s,
         decided_s=first_decided_s(entries),
-        tags=drawn_tags(plant, run.readings, healthy),
+        tags=drawn_tags(plant, readings, healthy),
         panels=drawn_panels(plant),
         sheet=drawn_sheet(plant),
         lines=run.lines[-_MOST_LINES:],
@@ -111,7 +111,8 @@ def _settled_s(entries: Sequence[Entry], until_s: float) -> float:
 
 def seen(run: OpenedRun, at_s: float, whole: bool = True) -> Seen:
     """The run at ``at_s`` [s]; overview and card only where the ``whole`` of it is wanted."""
-    sampled_s, values = run.readings.at(at_s) if run.readings is not None else (at_s, {})
+    readings = run.readings
+    sampled_s, values = readings.at(at_s) if readings is not None else (at_s, {})
     entries = run.until(at_s)
     now = situation(entries)
     started = any(isinstance(entry.event, StartUpEnded) for entry in entries)
@@ -119,7 +120,7 @@ def seen(run: OpenedRun, at_s: float, whole: bool = True) -> Seen:
     at = at_s, sampled_s, values, now.quality, now.targets, broken
     if not whole:
         return Seen(*at)
-    shown_card = card(recorded(entries), run.plant, run.readings, at_s)
+    shown_card = card(recorded(entries), run.plant, readings, at_s)
     return Seen(*at, overview(now, shown_card, run.plant.description, at_s), shown_card)
 
 

@@ -10,6 +10,7 @@ from homeostat.cli.run_directory import run_directory
 from homeostat.console.opened import KnownPlant, OpenedRun
 from homeostat.journal import BrokenChain, RunStarted, read_events
 from homeostat.plants.described import read_described
+from homeostat.plants.plant import Plant
 from homeostat.record.decode import decode
 
 
@@ -43,16 +44,20 @@ def opened(run_dir: Path, given: str | None) -> OpenedRun:
     description, plant, notice = plant_of_run(started, run_dir, given)
     if plant is None:
         return OpenedRun(run_dir, KnownPlant(started.case, description, notice=notice))
-    known = KnownPlant(
+    return OpenedRun(run_dir, known_plant(plant, notice))
+
+
+def known_plant(plant: Plant, notice: str = "") -> KnownPlant:
+    """What the page needs of ``plant``; ``notice`` is what a reader must know of it."""
+    return KnownPlant(
         title=plant.title,
-        description=description,
+        description=plant.description,
         flowsheet=read_described(str(plant.files.folder)).flowsheet,
         baselines=plant.baselines,
         panels=plant.panels,
         horizon_s=plant.twin.horizon_s,
         notice=notice,
     )
-    return OpenedRun(run_dir, known)
 
 
 def _tell(address: str) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from homeostat.agents.playbook.book import Book
 from homeostat.agents.roles import AskingProtocol
@@ -34,6 +34,9 @@ from homeostat.record.playbook import PlaybookError, add_to_playbook
 from homeostat.record.story.story import Story
 from homeostat.record.story.summary import summary
 
+if TYPE_CHECKING:
+    from homeostat.cli.live import LivePage
+
 RUNS = Path("runs")
 """Where runs are kept unless told otherwise."""
 STATUS = {
@@ -53,6 +56,7 @@ def carry_out(options: argparse.Namespace) -> int:
     """Check everything, run, show, keep; the exit status says what happened (:data:`STATUS`)."""
     speaker = operation.speaker(options)
     operation.check(options)
+    live = _live_page() if options.console else None
     plant = load_plant(options.case)
     playbook = _playbook(options, plant)
     chosen = scenario(
@@ -64,13 +68,19 @@ def carry_out(options: argparse.Namespace) -> int:
     check_protocol(plant, conditions.protocol)  # before a directory is made
     with _history(options.history, plant) as history:
         directory = _directory(options, plant, chosen)
+        page = None if live is None else live(plant, directory.path)
         operated = operation.chosen(options, directory.path)
         if history is not None:
             operated = replace(operated, onlooker=history.see)
         budget, book = operation.budget(options), playbook and playbook.book
         proposing = Proposing(speaker, conditions, budget=budget, playbook=book)
-        going = Going(plant, chosen, directory, thinking, options.proposer, proposing, operated, playbook, history)
-        return carry(going, options.json)
+        going = Going(
+            plant, chosen, directory, thinking, options.proposer, proposing, operated, playbook, history, page
+        )
+        status = carry(going, options.json)
+    if page is not None:
+        page.stay()
+    return status
 
 
 def _directory(options: argparse.Namespace, plant: Plant, chosen: Scenario) -> RunDirectory:
@@ -145,6 +155,16 @@ class Going(NamedTuple):
     operation: Operation
     playbook: Playbook | None = None
     history: RunHistory | None = None
+    page: "LivePage | None" = None
+
+
+def _live_page() -> "type[LivePage]":
+    """What shows a run while it goes on; UsageError where the extra is not installed."""
+    try:
+        from homeostat.cli.live import LivePage
+    except ImportError as error:
+        raise UsageError(f"--console needs {error.name!r}: pip install 'homeostat[console]'") from error
+    return LivePage
 
 
 def carry(going: Going, as_json: bool) -> int:
@@ -167,6 +187,8 @@ def carry(going: Going, as_json: bool) -> int:
         for line in story.watch(snapshot.at_s):
             view.show(line)
         view.progress(snapshot.at_s, snapshot.values, story.phase, story.state)
+        if going.page is not None:
+            going.page.see(snapshot)
 
     try:
         with directory:

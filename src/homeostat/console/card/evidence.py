@@ -40,6 +40,11 @@ class Evidence:
         self._plant, self._readings = plant, readings
         self._known: dict[str, Values] = {}
 
+    @property
+    def last_s(self) -> float:
+        """Time of the last reading [s]."""
+        return self._readings.last_s
+
     def feature(self, name: str, from_s: float, to_s: float, width: int) -> FeatureTrend | None:
         """The feature called ``name`` from ``from_s`` to ``to_s`` [s], on ``width`` pixels.
 
@@ -54,7 +59,7 @@ class Evidence:
         part = self._readings.between(from_s, to_s)
         times, values = self._readings.times_s[part], self._known[name][part]
         kept = thinned(times, [values], width)
-        trend = Trend(tuple(times[kept].tolist()), ((name, tuple(values[kept].tolist())),))
+        trend = Trend(tuple(times[kept].tolist()), ((name, _drawn(values[kept])),))
         return FeatureTrend(trend, feature.unit, (baseline.p01, baseline.p99))
 
     def _computed(self, watched: FeatureFilter) -> Values:
@@ -74,4 +79,9 @@ def readings_trend(readings: Readings, tags: tuple[str, ...], from_s: float, to_
     times, series = readings.times_s[part], [readings.signals[tag][part] for tag in tags]
     kept = thinned(times, series, width)
     drawn = zip(tags, series, strict=True)
-    return Trend(tuple(times[kept].tolist()), tuple((tag, tuple(values[kept].tolist())) for tag, values in drawn))
+    return Trend(tuple(times[kept].tolist()), tuple((tag, _drawn(values[kept])) for tag, values in drawn))
+
+
+def _drawn(values: Values) -> tuple[float, ...]:
+    """Values with as many digits as a screen can show."""
+    return tuple(float(f"{value:.6g}") for value in values.tolist())

@@ -121,8 +121,9 @@ class _Answers:
 
     async def feature(self, request: Request) -> Response:
         name = request.query_params.get("name", "")
-        if self._evidence is None and self._run.readings is not None:
-            self._evidence = Evidence(self._run.plant, self._run.readings)
+        readings = self._run.readings
+        if readings is not None and (self._evidence is None or self._evidence.last_s < readings.last_s):
+            self._evidence = Evidence(self._run.plant, readings)
         span = _span(request, self._run)
         found = None if self._evidence is None else await run_in_threadpool(self._evidence.feature, name, *span)
         if found is None:

@@ -17,7 +17,7 @@ FASTEST: Final = 10_000.0
 """Greatest speed [1]."""
 _FRAME_S: Final = 0.2
 """Time between two moments [s]."""
-_LOOK_S: Final = 2.0
+_LOOK_S: Final = 1.0
 """Time between two looks at a journal that may have grown [s]."""
 
 
