@@ -7,7 +7,7 @@ from typing import Final
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.diagnosis import FaultState, by_fault_set
 from homeostat.domain.disturbance import Disturbance
-from homeostat.domain.events.guard import StateEntered
+from homeostat.domain.events.guard import StateEntered, ThinkingEnded
 from homeostat.domain.events.recovery import (
     Attempted,
     Compared,
@@ -134,16 +134,20 @@ class Story:
                 self.state = event.strategy
                 text = f"{event.strategy!r}: {commands(event.commands, self._plant)}, because {event.reason}"
                 yield Line(at_s, "fallback", text, Tone.BAD)
+            case ThinkingEnded():
+                yield Line(at_s, "thinking", f"ended: {event.reason}", Tone.BAD)
             case RunFinished():
                 yield Line(at_s, "end", event.outcome.replace("_", " "), Tone.MUTED)
             case _:
                 pass  # an event that is not for the operator
 
     def _begin(self, event: RunStarted) -> Line:
+        if (end_s := event.settings.get("end_s")) is None:
+            return Line(0.0, "run", f"{event.case}, attached")
         disturbed = [(Disturbance.parse(text).from_s, text) for text in event.disturbances]
         self._coming = sorted([*((f.onset_s, self._fault(f)) for f in self.record.faults), *disturbed])
         what = " + ".join((*event.faults, *event.disturbances)) or "no fault"
-        return Line(0.0, "run", f"{event.case}, {what}, seed {event.seed}, {float(event.settings['end_s']):g} s")
+        return Line(0.0, "run", f"{event.case}, {what}, seed {event.seed}, {float(end_s):g} s")
 
     def _fault(self, state: FaultState) -> str:
         mode = self._plant.fault(state.fault)
