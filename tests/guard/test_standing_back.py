@@ -23,11 +23,12 @@ def test_a_guard_that_stands_back_observes_and_writes_nothing_until_a_person_say
         "observe only: the connection was lost"
     ]
     world.vessel.wire.clear()
-    world.vessel.T = 400.0
+    world.vessel.values["T"] = 400.0
     world.tick(30)
     assert world.vessel.wire == [] and not world.journal.of(Latched), "a trip is an alarm where nobody writes"
-    world.vessel.T = 310.0
-    assert tell(world, Verb.MODE, "closed-loop").done and world.guard.mode is Mode.CLOSED_LOOP
+    world.vessel.values["T"] = 310.0
+    world.tick(30)
+    assert tell(world, Verb.MODE, "closed-loop").done and world.journal.of(ModeEntered)[-1].mode == "closed-loop"
 
 
 def test_a_guard_that_observes_already_says_nothing() -> None:
