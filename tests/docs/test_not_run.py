@@ -141,7 +141,8 @@ def spans(text: str) -> list[str]:
 def test_commands_in_the_middle_of_a_line_have_the_options_that_they_name(page: Path) -> None:
     for span in spans(page.read_text("utf-8")):
         words = span.split()[1:]
-        command = [w.split("|") for w in words[: 2 if words[0] in ("trace", "graph", "plant", "playbook") else 1]]
+        inner = words[0] in ("trace", "graph", "plant", "playbook", "link")
+        command = [w.split("|") for w in words[: 2 if inner else 1]]
         for first in command[0]:
             for second in command[1] if len(command) > 1 else [""]:
                 told = helped(first, second)

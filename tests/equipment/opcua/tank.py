@@ -40,7 +40,7 @@ def tank_content(port: int, two_step: bool = False, **connection: object) -> dic
     url = f"opc.tcp://127.0.0.1:{port}/homeostat/"
     guard = {
         "counter": "Plant/Counter", "time": "Plant/Time", "heartbeat": "Guard/Heartbeat", "lease": "Guard/Lease",
-        "permit": "Guard/Permit", "alarm": "Guard/Alarm", "acknowledged": "Guard/Acknowledged",
+        "permit": "Guard/Permit", "hold": "Guard/Hold", "alarm": "Guard/Alarm", "acknowledged": "Guard/Acknowledged",
     }  # fmt: skip
     tags: dict[str, dict[str, Any]] = {tag: {"node": f"ns=2;s={tag}"} for tag in TAGS}
     for tag in WRITABLES:

@@ -137,6 +137,9 @@ class TestOpcua(LinkContract):
     def handles(self) -> Handles:
         return Handles("L.sp", -2.0, 0.5, "cool.man", "L")
 
-    # It waits for a network, and what may not be commanded is refused before it is sent: both have tests of their own.
+    # It waits for a network; what may not be commanded is refused before it is sent; and a served plant waits for the
+    # first heartbeat, too. Each has tests of its own.
     test_what_says_that_it_never_blocks_waits_for_nothing = None  # type: ignore[assignment]
     test_commands_are_taken_all_or_none = None  # type: ignore[assignment]
+    test_who_never_beats_is_not_waited_for = None  # type: ignore[assignment]
+    test_a_new_lease_ends_local_control = None  # type: ignore[assignment]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import socket
 import time
 
 import pytest
@@ -48,7 +49,7 @@ def test_a_server_that_is_killed_is_found_again_when_it_returns(pkis: tuple[Pki,
         assert settled(wire.send((Command("L.sp", 11.0, None),))) == ""
         before_s = sample(link).at_s
         served.kill()
-        assert without_sample(link) < 0.5, "no tick waits longer than the guard's does"
+        assert without_sample(link) < 0.8, "no tick waits longer than the guard's does"
         with pytest.raises(LinkError):
             wire.send((Command("L.sp", 9.0, None),))
         with pytest.raises(LinkError):
@@ -66,8 +67,8 @@ def test_a_server_that_is_killed_is_found_again_when_it_returns(pkis: tuple[Pki,
     [(3.0,), pytest.param((15.0,), marks=pytest.mark.wide), pytest.param((3.0, 15.0), marks=pytest.mark.wide)],
     ids=str,
 )
-def test_a_server_that_stands_is_followed_again_when_it_goes_on(pkis: tuple[Pki, Pki], stalls: tuple[float]) -> None:
-    with Served(pkis) as served, served.link() as link:
+def test_a_server_that_stands_is_followed_again_when_it_goes_on(served: Served, stalls: tuple[float, ...]) -> None:
+    with served.link() as link:
         for seconds in stalls:
             stalled(served, link, seconds)
             assert wait_up(link) < BACK_S
@@ -75,9 +76,9 @@ def test_a_server_that_stands_is_followed_again_when_it_goes_on(pkis: tuple[Pki,
             time.sleep(3.0 if len(stalls) > 1 else 0.0)
 
 
-def test_a_write_that_meets_a_standing_server_is_answered_and_not_repeated(pkis: tuple[Pki, Pki]) -> None:
-    with Served(pkis, heartbeat_s=3600.0) as served, served.link() as link:
-        wire = link.take()
+def test_a_write_that_meets_a_standing_server_is_answered_and_not_repeated(served: Served) -> None:
+    with served.link() as link:
+        wire, before = link.take(), len(served.wire)
         served.freeze(True)
         ticket = wire.send((Command("L.sp", 8.0, None),))
         error = settled(ticket, 6.0)
@@ -85,44 +86,48 @@ def test_a_write_that_meets_a_standing_server_is_answered_and_not_repeated(pkis:
         served.freeze(False)
         assert wait_up(link) < BACK_S
         time.sleep(1.0)
-        arrived = served.wire
+        arrived = served.wire[before:]
         assert len(arrived) <= 1, arrived
-        assert wire.void
 
 
-def test_a_half_open_connection_is_noticed_by_the_age_of_the_data(pkis: tuple[Pki, Pki]) -> None:
-    with Served(pkis) as served, Proxy(served.port) as proxy, served.link(proxy.port) as link:
+def test_a_plant_goes_on_while_its_server_does_nothing(served: Served) -> None:
+    with served.link() as link:
+        before_s = sample(link).at_s
+        served.ask("stall 1.5")
+        time.sleep(2.0)
+        assert sample(link).at_s - before_s >= 0.9 * 2.0 * served.scale, (
+            "what it did not show has happened all the same"
+        )
+
+
+def test_a_half_open_connection_is_noticed_by_the_age_of_the_data(served: Served) -> None:
+    with Proxy(served.port) as proxy, served.link(proxy.port) as link:
         wire = link.take()
         proxy.swallow(True)
         begin = time.monotonic()
-        assert without_sample(link) < 0.5
-        assert time.monotonic() - begin < 5.0 and wire.void
+        assert without_sample(link) < 0.8
+        assert time.monotonic() - begin < 8.0 and wire.void
         proxy.swallow(False)
         assert wait_up(link) < BACK_S
 
 
-def test_a_cut_connection_is_made_again(pkis: tuple[Pki, Pki]) -> None:
-    with Served(pkis) as served, Proxy(served.port) as proxy, served.link(proxy.port) as link:
+def test_a_cut_connection_is_made_again(served: Served) -> None:
+    with Proxy(served.port) as proxy, served.link(proxy.port) as link:
         for _ in range(3):
             proxy.cut()
             without_sample(link)
             assert wait_up(link) < BACK_S
 
 
-def test_a_link_that_never_reaches_anybody_holds_nobody_up(pkis: tuple[Pki, Pki]) -> None:
-    with Served(pkis) as served:
-        port = served.port
-        served.kill()
-        link = served.open(port)
-        try:
-            begin = time.monotonic()
-            with pytest.raises(LinkError, match="not reached"):
-                link.source.advance()
-            with pytest.raises(LinkError, match="not reached"):
-                link.take()
-            link.beat()
-            link.give_back()
-            assert time.monotonic() - begin < 1.0
-        finally:
-            link.close()
-        served.start()
+def test_a_link_that_never_reaches_anybody_holds_nobody_up(served: Served) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as silent, served.open(silent.getsockname()[1]) as link:
+        begin = time.monotonic()
+        with pytest.raises(LinkError, match="not reached"):
+            link.source.advance()
+        with pytest.raises(LinkError, match="not reached"):
+            link.take()
+        link.beat()
+        link.give_back()
+        assert time.monotonic() - begin < 2.0
+        with pytest.raises(LinkError, match=r"not reached within 0\.2 s"):
+            link.wait(0.2)

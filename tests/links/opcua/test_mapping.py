@@ -55,6 +55,7 @@ def test_what_is_wrong_is_told_in_one_line(path: str, value: object, told: str) 
         mapping_of(changed(path, value), "tank.toml")
     message = str(found.value)
     assert message.startswith("tank.toml: ") and "\n" not in message and told in message
+    assert "secret" not in message
 
 
 def test_a_file_that_is_none_is_told(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
 import math
 import time
@@ -10,6 +11,7 @@ import pytest
 
 from homeostat.domain.recovery import Command
 from homeostat.links.errors import LeaseVoid, LinkError
+from homeostat.links.opcua.commissioning.browse import connected
 from homeostat.links.opcua.link import OpcuaLink
 from homeostat.links.opcua.security.security import Security
 from tests.equipment.opcua.served import Served, wait_up
@@ -21,7 +23,7 @@ def test_samples_follow_the_plants_clock_one_by_one(served: Served) -> None:
     with served.link() as link:
         found = [sample(link) for _ in range(20)]
         times = [s.at_s for s in found]
-        assert all(b > a for a, b in itertools.pairwise(times)) and times[-1] - times[0] <= 25.0
+        assert all(b > a for a, b in itertools.pairwise(times)) and times[-1] - times[0] <= 40.0
         assert all(t == round(t) for t in times) and found[0].values.keys() == {"L", "T", "L.sp", "cool.man"}
         assert math.isnan(found[-1].values["cool.man"]) and found[-1].accepted["cool.man"] is None
         assert found[-1].accepted["L.sp"] is not None and not found[-1].bad
@@ -160,10 +162,21 @@ def test_the_plant_sheds_in_time_when_we_fall_silent(served: Served) -> None:
         held_s = sample(link).at_s
         assert sample(link).accepted["cool.man"] == 0.4
         shed = sample(link, lambda s: s.accepted["cool.man"] is None)
-        assert 9.0 <= shed.at_s - held_s <= 14.0
+        assert 9.0 <= shed.at_s - held_s <= 20.0
         assert wire.void
         with pytest.raises(LeaseVoid):
             link.beat()
+
+
+def test_who_never_beats_does_not_hold_the_plant_for_ever(served: Served) -> None:
+    with served.link() as link:
+        wire = link.take()
+        assert settled(wire.send((Command("cool.man", 0.4, None),))) == ""
+        assert sample(link, lambda s: s.accepted["cool.man"] == 0.4)
+        assert sample(link, lambda s: s.accepted["cool.man"] is None) and wire.void
+        again = link.take()
+        assert settled(again.send((Command("cool.man", 0.3, None),))) == "", "a new lease ends local control"
+        link.give_back()
 
 
 def test_a_lease_that_is_given_back_sheds_at_once(served: Served) -> None:
@@ -212,7 +225,7 @@ def test_an_insecure_connection_reads_and_never_writes(served: Served) -> None:
 def test_a_server_without_subscriptions_is_polled(served: Served) -> None:
     with served.link(subscribe=False) as link:
         found = [sample(link) for _ in range(10)]
-        assert found[-1].at_s - found[0].at_s <= 15.0 and found[0].values["T"] != found[-1].values["T"]
+        assert found[-1].at_s - found[0].at_s <= 30.0 and found[0].values["T"] != found[-1].values["T"]
 
 
 def test_connections_that_are_cut_again_and_again_do_not_repeat_a_write(served: Served) -> None:
@@ -226,3 +239,31 @@ def test_connections_that_are_cut_again_and_again_do_not_repeat_a_write(served: 
         served.ask("behave")
         assert wait_up(link) < 10.0 and wire.void
         assert served.wire[before:] == [[["L.sp", 8.0, None]]]
+
+
+def test_the_plants_recipe_waits_as_long_as_it_is_told_to(served: Served) -> None:
+    with served.link() as link:
+        with pytest.raises(LinkError, match="BadUserAccessDenied"):
+            link.hold(True)
+        link.take()
+        link.hold(True)
+        link.give_back()
+        assert served.ask("status")["Guard/Hold"] is True, "also when the lease is over"
+        link.take()
+        link.hold(False)
+        assert served.ask("status")["Guard/Hold"] is False
+        link.give_back()
+
+
+def test_a_server_keeps_raw_history_of_its_readings(served: Served) -> None:
+    async def history() -> list[float]:
+        url = f"opc.tcp://127.0.0.1:{served.port}/homeostat/"
+        async with connected(url, Security(served.pki)) as client:
+            values = await client.get_node("ns=2;s=T").read_raw_history(numvalues=10)
+            return [value.Value.Value for value in values if value.Value is not None]
+
+    with served.link() as link:
+        for _ in range(10):
+            sample(link)
+    found = asyncio.run(history())
+    assert len(found) == 10 and len(set(found)) > 5 and all(200.0 < value < 400.0 for value in found)

@@ -113,3 +113,13 @@ def test_a_login_comes_from_the_environment_or_a_private_file(tmp_path: Path, mo
 
 def test_nothing_shows_a_password() -> None:
     assert "s3cret" not in repr(Security(login=("operator", "s3cret")))
+
+
+def test_a_certificate_that_has_expired_is_refused(pkis: tuple[Pki, Pki], tmp_path: Path) -> None:
+    old = make_certificate(tmp_path / "old", SERVED, "old", ("127.0.0.1",), days=-1.0 / 1440.0)
+    shutil.copy(pkis[1].certificate, old.trusted / "link.der")
+    ours = Pki(tmp_path / "ours")
+    shutil.copytree(pkis[1].folder, ours.folder)
+    shutil.copy(old.certificate, ours.trusted / "old.der")
+    with Served((old, ours)) as served:
+        assert "BadCertificateTimeInvalid" in refused(served, Security(ours))

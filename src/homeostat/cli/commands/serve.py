@@ -2,21 +2,18 @@
 
 import argparse
 import asyncio
-import math
 import sys
 from dataclasses import replace
 
 from homeostat.domain.quotation import printable
-from homeostat.evaluate.local_control import LocalControl
-from homeostat.evaluate.reference.unsupervised import true_plant
+from homeostat.evaluate.restartable import RestartablePlant
 from homeostat.evaluate.scenario import scenario
 from homeostat.links.errors import LinkError
 from homeostat.links.opcua.extra import need_opcua
 from homeostat.links.opcua.security.certificate import Pki
 from homeostat.links.opcua.security.credentials import login_from
-from homeostat.links.simulated import LinkConfiguration, SimulatedLink
-from homeostat.links.truth.process import TrueProcess
 from homeostat.plants.plant import load_plant
+from homeostat.process.batch import ProcessError
 
 
 def carry_out(options: argparse.Namespace) -> int:
@@ -34,20 +31,13 @@ def carry_out(options: argparse.Namespace) -> int:
         raise LinkError("no certificate was given: say --pki FOLDER, or --insecure to let anybody read")
     plant = load_plant(options.case)
     chosen = replace(scenario(plant, "none", options.seed), mismatch=options.mismatch)
-    truth = replace(true_plant(plant, chosen), end_s=math.inf)
-    configuration = LinkConfiguration(heartbeat_s=options.heartbeat, recipe_by=plant.recipe)
-
-    def simulated() -> Simulated:
-        process = TrueProcess(plant.model, plant.description, truth, record=False)
-        local = LocalControl(plant, False, lambda: link.leased)
-        link = SimulatedLink(process, configuration, local.sample)
-        return Simulated(link, process)
-
-    first = simulated()
+    made = RestartablePlant(plant, chosen, options.heartbeat)
+    link, process = made.begin()
     writables = {tag: rule.automatic for tag, rule in plant.description.writables.items()}
-    control = ControlSystem(first.link, plant.description.tags_by_name, writables, options.two_step)
+    control = ControlSystem(link, plant.description.tags_by_name, writables, options.two_step)
+    made.holds = lambda: control.hold
     nominal = {f.name: f.severity_nominal for f in plant.description.faults}
-    engineer = Engineer(control, first.faulty, simulated, nominal)
+    engineer = Engineer(control, process, lambda: Simulated(*made.begin()), nominal)
     serving = Serving(
         port=int(options.port),
         host=options.host,
@@ -65,5 +55,11 @@ def carry_out(options: argparse.Namespace) -> int:
         text = f"{plant.name} is served at {address}, {options.scale:g} s per s; engineer at 127.0.0.1:{engineers}"
         print(printable(text), flush=True)
 
-    asyncio.run(serve(control, engineer, serving, int(options.engineer_port), ready))
+    try:
+        asyncio.run(serve(control, engineer, serving, int(options.engineer_port), ready))
+    except OSError as taken:
+        what = taken.strerror or str(taken)
+        raise LinkError(f"the ports cannot be opened: {what}; choose others with --port, --engineer-port") from None
+    except ProcessError as broke:
+        raise LinkError(f"{plant.name} is served no longer: {broke}") from None
     return 0

@@ -10,7 +10,7 @@ from typing import Self, final
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.links.errors import LeaseVoid, LinkError
 from homeostat.links.opcua.connection.board import Board, NodeReading
-from homeostat.links.opcua.connection.keeper import Keeper
+from homeostat.links.opcua.connection.keeper import LOOK_S, Keeper
 from homeostat.links.opcua.connection.session import Session
 from homeostat.links.opcua.extra import need_opcua
 from homeostat.links.opcua.mapping import LinkMapping
@@ -54,6 +54,14 @@ class OpcuaLink:
         """Why there is no connection, in one line; empty while there is one."""
         return "" if self._keeper.up else self._keeper.trouble
 
+    def wait(self, within_s: float) -> None:
+        """Wait for the first sample; LinkError where there is none within ``within_s`` [s], with the reason."""
+        end = time.monotonic() + within_s
+        while self.trouble:
+            if time.monotonic() > end:
+                raise LinkError(f"the plant was not reached within {within_s:g} s: {self.trouble}")
+            time.sleep(LOOK_S)
+
     @property
     def connections(self) -> int:
         """Goes up with every connection that was up, and with every one that was lost."""
@@ -82,8 +90,9 @@ class OpcuaLink:
         token = secrets.randbits(31) | 1
         fence: tuple[NodeWrite, ...] = ()
         if guard.lease is not None:
-            fence = (NodeWrite(guard.lease, token, "UInt32"),)
-            self._write(WriteOrder(fence, (), ()), (), epoch, "taking the lease")
+            lease = NodeWrite(guard.lease, token, "UInt32")
+            self._write(lease, (), epoch, "taking the lease")
+            fence = (lease,)
         self._token, self._epoch, self._taken_s = token, epoch, time.monotonic()
         return OpcuaWire(self._keeper, self._translation, fence, epoch, lambda: self._holds(token))
 
@@ -99,7 +108,7 @@ class OpcuaLink:
             raise LeaseVoid("the plant's own control has taken over; take a new lease")
         self._beats = (self._beats + 1) % 2**31
         beat = NodeWrite(node, self._beats, "UInt32")
-        self._write(WriteOrder((beat,), (), ()), self._fence, self._epoch, "the heartbeat")
+        self._write(beat, self._fence, self._epoch, "the heartbeat", BEAT_S)
 
     def give_back(self) -> None:
         """End the lease, and with it the heartbeat; where nobody holds one, nothing happens."""
@@ -107,8 +116,7 @@ class OpcuaLink:
         ours = token != 0 and self._keeper.epoch == self._epoch and self._holds(token)
         self._token = 0
         if ours and lease is not None:
-            none = NodeWrite(lease, 0, "UInt32")
-            self._write(WriteOrder((none,), (), ()), (), self._epoch, "giving back the lease")
+            self._write(NodeWrite(lease, 0, "UInt32"), (), self._epoch, "giving back the lease")
 
     def raise_alarm(self, text: str) -> None:
         """Show ``text`` in the control system's own alarm list, empty to take it back; it needs the lease.
@@ -118,8 +126,18 @@ class OpcuaLink:
         node = self._mapping.guard.alarm
         if node is None:
             raise LinkError("the mapping has no node for an alarm; state guard.alarm")
-        alarm = NodeWrite(node, text, "String")
-        self._write(WriteOrder((alarm,), (), ()), self._fence, self._keeper.epoch, "the alarm")
+        self._write(NodeWrite(node, text, "String"), self._fence, self._keeper.epoch, "the alarm")
+
+    def hold(self, on: bool) -> None:
+        """Let the plant's own recipe wait or go on, also when the lease is over; it needs the lease.
+
+        After a fallback it must wait, or it begins again what the fallback ended. LinkError where the mapping has no
+        node for it, or it is not reached.
+        """
+        node = self._mapping.guard.hold
+        if node is None:
+            raise LinkError("the mapping has no node that lets the plant's recipe wait; state guard.hold")
+        self._write(NodeWrite(node, on, "Boolean"), self._fence, self._keeper.epoch, "holding the plant's recipe")
 
     def close(self) -> None:
         """End the connection; the lease is not given back, and the plant sheds where it hears nothing."""
@@ -161,12 +179,12 @@ class OpcuaLink:
         shown = self._board.get(self._mapping.guard.lease)
         return shown is None or shown.value == token or shown.received_s < self._taken_s
 
-    def _write(self, order: WriteOrder, fence: tuple[NodeWrite, ...], epoch: int, what: str) -> None:
+    def _write(
+        self, write: NodeWrite, fence: tuple[NodeWrite, ...], epoch: int, what: str, within_s: float | None = None
+    ) -> None:
+        """Write one value and wait for the answer; LinkError that begins with ``what`` where it is not a good one."""
+
         async def work(session: Session) -> str:
-            return await carry_out(session, order, fence)
+            return await carry_out(session, WriteOrder((write,), (), ()), fence)
 
-        answer(self._keeper.begin(work, epoch), BEAT_S if what == "the heartbeat" else self._answer_s, what)
-
-    @property
-    def _answer_s(self) -> float:
-        return self._mapping.connection.answer_s
+        answer(self._keeper.begin(work, epoch), within_s or self._mapping.connection.answer_s, what)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import tomllib
 from pathlib import Path
@@ -20,6 +19,13 @@ MOST_BYTES: Final = 4_000_000
 def _address(text: str) -> str:
     if not re.fullmatch(r"(ns=\d{1,5};)?[isgb]=.{1,400}", text):
         raise ValueError("say an address as ns=2;s=NAME or ns=2;i=85")
+    return text
+
+
+def server_url(text: str) -> str:
+    """``text`` where it is the address of a server and nothing secret; else ValueError, which does not repeat it."""
+    if not re.fullmatch(r"opc\.tcp://[^/@\s]+(/[^\s@]*)?", text):
+        raise ValueError("say a server's address as opc.tcp://HOST:PORT/PATH, without a name or a password")
     return text
 
 
@@ -46,7 +52,7 @@ class _Table(BaseModel):
 class Connection(_Table):
     """``[connection]``: where the server is, and how long it may say nothing."""
 
-    url: Annotated[str, Field(pattern=r"^opc\.tcp://[^/@\s]+(/\S*)?$")]
+    url: Annotated[str, AfterValidator(server_url)]
     """``opc.tcp://HOST:PORT/PATH``, without a name or a password."""
     publish_s: Annotated[float, Ge(0.01), Le(60.0)] = 0.25
     """How often the server sends what has changed, wall-clock [s]."""
@@ -77,6 +83,8 @@ class Handshake(_Table):
     """Token of whoever may write; it goes first in every write."""
     permit: Address | None = None
     """Whether the plant's operators let us write."""
+    hold: Address | None = None
+    """Takes whether the plant's own recipe waits, also when the lease is over."""
     alarm: Address | None = None
     """What the control system's own alarm list shows of us."""
     acknowledged: Address | None = None
@@ -181,12 +189,11 @@ def mapping_of(content: object, name: str) -> LinkMapping:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         entry = ".".join(map(str, first["loc"]))
-        raise LinkError(f"{name}: {entry}: {first['msg']} (given: {first['input']!r:.60})") from None
+        given = "" if entry == "connection.url" else f" (given: {first['input']!r:.60})"  # it may hold a password
+        raise LinkError(f"{name}: {entry}: {first['msg']}{given}") from None
     for tag, nodes in mapping.tags.items():
         if nodes.write is not None and (problem := _contradiction(nodes.write)):
             raise LinkError(f"{name}: tags.{tag}.write: {problem}")
-    if math.isclose(mapping.connection.publish_s, 0.0):
-        raise LinkError(f"{name}: connection.publish_s must be more than 0 s")
     return mapping
 
 

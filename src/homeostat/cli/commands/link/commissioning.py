@@ -68,6 +68,7 @@ def certificate(options: argparse.Namespace) -> int:
         SERVED if options.server else APPLICATION,
         "Homeostat served plant" if options.server else "Homeostat link",
         tuple(options.host),
+        options.days,
     )
     print(printable(f"{pki.certificate}: give this to the other side, and put theirs into {pki.trusted}"))
     return 0

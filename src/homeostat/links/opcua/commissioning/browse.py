@@ -16,6 +16,7 @@ from asyncua.ua.uaerrors import UaError
 
 from homeostat.links.errors import LinkError
 from homeostat.links.opcua.connection.session import status_name, told
+from homeostat.links.opcua.mapping import server_url
 from homeostat.links.opcua.security.security import Security
 
 ANSWER_S: Final = 10.0
@@ -51,6 +52,10 @@ class ServerNode:
 async def connected(url: str, security: Security) -> AsyncIterator[Client]:
     """A client at ``url`` for as long as this lasts; LinkError in one line where there is none."""
     security.check()
+    try:
+        server_url(url)
+    except ValueError as wrong:
+        raise LinkError(str(wrong)) from None
     client = Client(url, timeout=ANSWER_S)
     try:
         await security.apply(client)
@@ -99,10 +104,11 @@ async def _described(client: Client, address: str) -> ServerNode:
             held[wanted_name] = await client.get_node(properties[wanted_name]).read_value()
     span, unit = held.get("EURange"), held.get("EngineeringUnits")
     status = value.StatusCode
+    browse = None if name.Value is None else name.Value.Value
     rights = None if access.Value is None else access.Value.Value
     return ServerNode(
         address=address,
-        name="" if name.Value is None else str(name.Value.Value.Name),
+        name="" if browse is None else str(browse.Name),
         kind="" if value.Value is None or value.Value.Value is None else value.Value.VariantType.name,
         status="" if status is None or status.is_good() else status_name(int(status.value)),
         writable=isinstance(rights, int) and bool(rights & _WRITE_BIT),

@@ -74,7 +74,7 @@ def _addresses(mapping: LinkMapping) -> Iterator[str]:
 
 def _of_handshake(name: str, node: ServerNode) -> Checked:
     problems = [] if node.kind else [f"{node.address} holds nothing: {node.status or 'no value'}"]
-    if name in ("heartbeat", "lease", "alarm") and not node.writable:
+    if name in ("heartbeat", "lease", "hold", "alarm") and not node.writable:
         problems.append(f"{node.address} cannot be written by us")
     return Checked(f"guard.{name}", tuple(problems), f"{node.address} {node.kind}")
 

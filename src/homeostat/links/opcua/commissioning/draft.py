@@ -11,7 +11,7 @@ from typing import Final
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.links.opcua.commissioning.browse import ServerNode
 
-_GUARD: Final = ("counter", "time", "heartbeat", "lease", "permit", "alarm", "acknowledged")
+_GUARD: Final = ("counter", "time", "heartbeat", "lease", "permit", "hold", "alarm", "acknowledged")
 _BLOCK: Final = {"feedback": "working", "mode": "mode", "requested": "requested", "apply": "apply"}
 """What is said of writing a tag -> last part of the node's name."""
 MOST_LEFT: Final = 200
@@ -36,7 +36,7 @@ def draft(url: str, nodes: Sequence[ServerNode], rules: GuardRules | None) -> Dr
     Without a plant, every number is a tag of its own name. What nothing was found for is said in comments.
     """
     by_name = {_plain(_last(node)): node for node in nodes}
-    by_path = {_plain(_path(node)): node for node in nodes} | {}
+    by_path = {_plain(_path(node)): node for node in nodes}
     names = list(rules.tags) if rules else [_last(node) for node in nodes if node.kind not in ("", "String")]
     found = {tag: node for tag in names if (node := by_path.get(_plain(tag)) or by_name.get(_plain(tag)))}
     lines = [

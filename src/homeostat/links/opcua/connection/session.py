@@ -25,6 +25,7 @@ PER_CALL: Final = 500
 """Most nodes in one call."""
 GONE_S: Final = 2.0
 """Longest wait for a connection that is closed [s]."""
+_FIRST_YEAR, _LAST_YEAR = 1601, 9999
 
 
 class Session:
@@ -160,7 +161,10 @@ def _reading(value: ua.DataValue, now_s: float, now: datetime) -> NodeReading:
 
 
 def _utc(at: datetime | None) -> datetime | None:
-    return at if at is None or at.tzinfo is not None else at.replace(tzinfo=UTC)
+    """``at`` with its zone; None also for the ends of the calendar, by which servers say that they have no time."""
+    if at is None or not _FIRST_YEAR < at.year < _LAST_YEAR:
+        return None
+    return at if at.tzinfo is not None else at.replace(tzinfo=UTC)
 
 
 def status_name(status: int) -> str:

@@ -2,13 +2,16 @@
 
 import math
 from collections.abc import Mapping
+from typing import Final
 
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.opcua.connection.board import NodeReading
+from homeostat.links.opcua.connection.session import status_name
 from homeostat.links.opcua.mapping import LinkMapping, TagNodes
 
-_SEVERITY_SHIFT = 30
+_SEVERITY_SHIFT: Final = 30
+"""The two highest bits of a status are its severity."""
 
 
 class Samples:
@@ -72,8 +75,6 @@ def _judged(nodes: TagNodes, reading: NodeReading | None) -> tuple[float, int, s
 
     No number (NaN) is what a manual output on automatic has; whether another reading may be that, the guard knows.
     """
-    from homeostat.links.opcua.connection.session import status_name
-
     if reading is None:
         return math.nan, 2, "the server has not shown its node"
     severity = reading.status >> _SEVERITY_SHIFT

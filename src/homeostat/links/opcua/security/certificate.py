@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cryptography import x509
 
 DAYS: Final = 730
-"""How long a certificate is valid [d]."""
+"""How long a certificate is valid where nothing else is said [d]."""
 _KEY_BITS: Final = 2048
 
 
@@ -68,10 +68,11 @@ def refuse_readable(path: Path) -> None:
         raise LinkError(f"{str(path)!r} can be read by others (mode {stat.S_IMODE(mode):03o}); chmod 600 it")
 
 
-def make_certificate(folder: Path, uri: str, name: str, hosts: tuple[str, ...] = ()) -> Pki:
+def make_certificate(folder: Path, uri: str, name: str, hosts: tuple[str, ...] = (), days: float = DAYS) -> Pki:
     """Make a key and a certificate that signs itself, for the application ``uri``, in the new files of ``folder``.
 
-    ``hosts``: names and addresses under which it is reached. LinkError where there is a key already.
+    ``hosts``: names and addresses under which it is reached; ``days``: how long it is valid [d].
+    LinkError where there is a key already.
     """
     from cryptography import x509
     from cryptography.hazmat.primitives import hashes, serialization
@@ -92,7 +93,7 @@ def make_certificate(folder: Path, uri: str, name: str, hosts: tuple[str, ...] =
         .public_key(key.public_key())
         .serial_number(x509.random_serial_number())
         .not_valid_before(now - timedelta(minutes=5))
-        .not_valid_after(now + timedelta(days=DAYS))
+        .not_valid_after(now + timedelta(days=days))
         .add_extension(x509.SubjectAlternativeName(names), critical=False)
         .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=False)
         .add_extension(_usage(), critical=False)

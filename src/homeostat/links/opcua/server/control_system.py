@@ -16,6 +16,7 @@ from homeostat.links.opcua.server.nodes import (
     APPLY,
     COUNTER,
     HEARTBEAT,
+    HOLD,
     LEASE,
     MODE,
     PERMIT,
@@ -47,15 +48,27 @@ class ControlSystem:
 
         ``two_step``: a target must be applied after it was requested.
         """
-        self.behaviour, self.tags = Behaviour(), dict(tags)
+        self.behaviour = Behaviour()
+        """What is wrong with it."""
+        self.tags = dict(tags)
+        """Name of every reading -> its tag."""
         self.blocks = {tag: Block(tag, tags[tag].range, auto, two_step) for tag, auto in writable.items()}
+        """Tag -> its block."""
+        self.scale = 1.0
+        """Process seconds per wall-clock second; 0 while it goes on by steps only."""
         self._counter = 0
         self.begin(link)
 
     def begin(self, link: SimulatedLink) -> None:
         """Go on with the plant behind ``link``, which is at its start, and with blocks that nobody has touched."""
         self.link = link
-        self.permitted, self.acknowledged, self.alarm = True, True, ""
+        """The plant."""
+        self.permitted = True
+        """Whether its operators let anybody take the lease."""
+        self.hold = False
+        """Whether its own recipe waits because somebody outside said so."""
+        self.alarm, self.acknowledged = "", True
+        """What its alarm list shows of somebody outside, and whether an operator has acknowledged it."""
         self._wire: Wire | None = None
         self._token = self._heartbeat = 0
         self._values: dict[str, float] = dict.fromkeys(self.tags, 0.0)
@@ -87,7 +100,7 @@ class ControlSystem:
             if block.two_step:
                 held |= {of_block(tag, REQUESTED): block.requested, of_block(tag, APPLY): False}
         held |= {LEASE: self._token, HEARTBEAT: self._heartbeat, SHED: self.link.shed, PERMIT: self.permitted}
-        held |= {ALARM: self.alarm, ACKNOWLEDGED: self.acknowledged}
+        held |= {HOLD: self.hold, ALARM: self.alarm, ACKNOWLEDGED: self.acknowledged}
         return held | {TIME: self.link.now_s, COUNTER: self._counter}
 
     def writable(self, node: str) -> bool:
@@ -95,7 +108,7 @@ class ControlSystem:
         tag, _, part = node.rpartition("/")
         if tag in self.blocks:
             return part in (TARGET, RATE, MODE, APPLY)
-        return node in (LEASE, HEARTBEAT, ALARM, ACKNOWLEDGED)
+        return node in (LEASE, HEARTBEAT, HOLD, ALARM, ACKNOWLEDGED)
 
     def write(self, writes: Sequence[tuple[str, NodeValue]]) -> list[str]:
         """What becomes of one call with several ``writes``: the name of the OPC UA status of each."""
@@ -138,6 +151,7 @@ class ControlSystem:
         if not self.permitted:
             return DENIED
         self._wire, self._token = self.link.take(), token
+        self.link.beat()  # whoever dies before the first heartbeat must not hold the plant for ever
         return GOOD
 
     def _over(self) -> None:
@@ -154,6 +168,8 @@ class ControlSystem:
                     self.link.beat()
                 except LinkError:
                     return "BadInvalidState"
+        elif node == HOLD:
+            self.hold = bool(value)
         elif node == ALARM:
             self.alarm, self.acknowledged = str(value)[:MOST_TEXT], not value
         elif node == ACKNOWLEDGED:

@@ -55,6 +55,7 @@ class Endpoint:
     def __init__(self, control: ControlSystem, serving: Serving) -> None:
         """Nothing is opened before :meth:`start`."""
         self.control, self._serving = control, serving
+        control.scale = serving.scale
         self._ids: dict[str, ua.NodeId] = {}
         self._shown: dict[str, NodeValue] = {}
         self._dropped_s = 0.0
@@ -91,11 +92,13 @@ class Endpoint:
 
     async def run(self) -> None:
         """Advance the plant in scaled time, show every sample, and misbehave as told; until cancelled."""
-        due_s, scale = time.monotonic(), self._serving.scale
+        due_s = time.monotonic()
         while True:
             await self._misbehave()
-            now_s = time.monotonic()
-            if scale > 0.0:
+            now_s, scale = time.monotonic(), self.control.scale
+            if scale == 0.0:
+                due_s = now_s
+            else:
                 due_s = max(due_s, now_s - MOST_LATE_S)
                 steps = min(int((now_s - due_s) * scale) + 1, BATCH) if now_s >= due_s else 0
                 for _ in range(steps):
@@ -141,7 +144,8 @@ class Endpoint:
     async def _change_type(self, node: ua.NodeId, kind: ua.VariantType) -> None:
         """Let ``node`` hold values of another ``kind``: it must hold nothing before it does."""
         status = ua.StatusCode(ua.UInt32(StatusCodes.BadWaitingForInitialData))
-        nothing = ua.DataValue(ua.Variant(None, ua.VariantType.Null), status)
+        now = _utc(datetime.now(UTC))
+        nothing = ua.DataValue(ua.Variant(None, ua.VariantType.Null), status, now, now)
         kinds = ua.DataValue(ua.Variant(ua.NodeId(ua.Int32(kind.value)), ua.VariantType.NodeId))
         await self._server.write_attribute_value(node, kinds, AttributeIds.DataType)
         await self._server.write_attribute_value(node, nothing)

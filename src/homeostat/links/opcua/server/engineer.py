@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Protocol
 
+from asyncua.ua.status_codes import StatusCodes
+
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.plant.tag import Range
 from homeostat.links.opcua.server.behaviour import Behaviour
@@ -15,10 +17,17 @@ from homeostat.links.simulated import SimulatedLink
 
 USAGE: Final = (
     "say fault NAME SEVERITY, repair, begin, operate TAG VALUE RATE, release TAG, permit yes|no, acknowledge, "
-    "status, wire, step N, refuse TAG, ignore TAG, clamp TAG LOW HIGH, quality NODE STATUS, text TAG, counter stands, "
-    "clock SECONDS, silence, drop SECONDS, stall SECONDS or behave"
+    "status, wire, step N, pace K, refuse TAG, ignore TAG, clamp TAG LOW HIGH, quality NODE STATUS, text TAG, "
+    "counter stands, clock SECONDS, silence, drop SECONDS, stall SECONDS or behave"
 )
 MOST_STEPS: Final = 100_000
+"""Most seconds of one step [s]."""
+MOST_SCALE: Final = 1000.0
+"""Fastest that a plant goes, process seconds per wall-clock second."""
+MOST_STALL_S: Final = 600.0
+"""Longest that a server stands, and longest between two cuts [s]."""
+CLOCK_S: Final = 1e6
+"""Largest error of a server's clock [s]."""
 
 
 class Faulty(Protocol):
@@ -62,16 +71,17 @@ class Engineer:
             "wire": self._wire,
             "step": self._step,
             "begin": self._begin,
+            "pace": self._pace,
             "refuse": lambda *tags: self._wrong.refused.update(tags),
             "ignore": lambda *tags: self._wrong.ignored.update(tags),
             "clamp": lambda tag, low, high: self._wrong.clamped.update({tag: Range(float(low), float(high))}),
-            "quality": lambda node, status: self._wrong.qualities.update({node: status}),
-            "text": lambda *tags: self._wrong.texts.update(tags),
+            "quality": self._quality,
+            "text": self._text,
             "counter": lambda word: setattr(self._wrong, "counter_stands", word == "stands"),
-            "clock": lambda seconds: setattr(self._wrong, "clock_offset_s", float(seconds)),
+            "clock": lambda seconds: setattr(self._wrong, "clock_offset_s", _number(seconds, -CLOCK_S, CLOCK_S)),
             "silence": lambda: setattr(self._wrong, "silent_writes", True),
-            "drop": lambda seconds: setattr(self._wrong, "drop_every_s", float(seconds)),
-            "stall": lambda seconds: setattr(self._wrong, "stall_s", float(seconds)),
+            "drop": lambda seconds: setattr(self._wrong, "drop_every_s", _number(seconds, 0.0, MOST_STALL_S)),
+            "stall": lambda seconds: setattr(self._wrong, "stall_s", _number(seconds, 0.0, MOST_STALL_S)),
             "behave": lambda: setattr(control, "behaviour", Behaviour()),
         }
 
@@ -82,8 +92,10 @@ class Engineer:
             return {"error": f"{line!r} says nothing that can be done; {USAGE}"}
         try:
             return {"done": self._orders[word](*rest)}
-        except (LookupError, ValueError, TypeError) as wrong:
-            return {"error": f"{line!r} cannot be done: {wrong}"}
+        except TypeError:
+            return {"error": f"{line!r} has too many words or too few; {USAGE}"}
+        except (LookupError, ValueError) as wrong:
+            return {"error": f"{line!r} cannot be done: {wrong.args[0] if wrong.args else 'there is none'}"}
 
     @property
     def _wrong(self) -> Behaviour:
@@ -122,15 +134,39 @@ class Engineer:
         ]
 
     def _step(self, seconds: str) -> float:
-        for _ in range(min(int(seconds), MOST_STEPS)):
+        for _ in range(int(_number(seconds, 1, MOST_STEPS))):
             self._control.advance()
         return self._control.link.now_s
+
+    def _quality(self, node: str, status: str) -> None:
+        if node not in self._control.values():
+            raise LookupError(f"there is no node {node!r}")
+        if not hasattr(StatusCodes, status):
+            raise LookupError(f"{status!r} is no status of OPC UA, as BadSensorFailure is")
+        self._wrong.qualities[node] = status
+
+    def _text(self, tag: str) -> None:
+        if tag not in self._control.tags:
+            raise LookupError(f"there is no reading {tag!r}")
+        self._wrong.texts.add(tag)
+
+    def _pace(self, scale: str) -> float:
+        self._control.scale = _number(scale, 0.0, MOST_SCALE)
+        return self._control.scale
 
     def _begin(self) -> float:
         made = self._again()
         self._faulty = made.faulty
         self._control.begin(made.link)
         return made.link.now_s
+
+
+def _number(text: str, low: float, high: float) -> float:
+    """``text`` as a number from ``low`` to ``high``; ValueError where it is none."""
+    value = float(text)
+    if not low <= value <= high:
+        raise ValueError(f"{text} must be from {low:g} to {high:g}")
+    return value
 
 
 async def listen(engineer: Engineer, port: int, shown: Callable[[], Any]) -> asyncio.Server:

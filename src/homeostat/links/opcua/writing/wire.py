@@ -82,7 +82,7 @@ async def carry_out(session: Session, order: WriteOrder, fence: tuple[NodeWrite,
     """Write ``order``, read it back, and apply it where that is a second step; what went wrong, empty for nothing."""
     if not order.writes:
         return ""
-    if wrong := _refused(order.writes, (await session.write((*fence, *order.writes)))[len(fence) :], fence):
+    if wrong := _refused(order.writes, (await session.write((*fence, *order.writes)))[len(fence) :]):
         return wrong
     wrong = await _read_back(session, order.read_back)
     for _ in range(int(REQUEST_S / AGAIN_S) if order.applies else 0):
@@ -92,10 +92,10 @@ async def carry_out(session: Session, order: WriteOrder, fence: tuple[NodeWrite,
         wrong = await _read_back(session, order.read_back)
     if wrong or not order.applies:
         return wrong
-    return _refused(order.applies, (await session.write((*fence, *order.applies)))[len(fence) :], fence)
+    return _refused(order.applies, (await session.write((*fence, *order.applies)))[len(fence) :])
 
 
-def _refused(writes: tuple[NodeWrite, ...], statuses: list[str], fence: tuple[NodeWrite, ...]) -> str:
+def _refused(writes: tuple[NodeWrite, ...], statuses: list[str]) -> str:
     wrong = [f"{w.node} = {w.value!r}: {status}" for w, status in zip(writes, statuses, strict=True) if status]
     return f"the plant refused {'; '.join(wrong)}" if wrong else ""
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Final
 
 from homeostat.domain.plant.rules import GuardRules
-from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import Command
 from homeostat.links.errors import LinkError
 from homeostat.links.opcua.mapping import Kind, LinkMapping, TagNodes, Writing
@@ -90,7 +89,7 @@ class Translation:
         read_back: list[Expected] = []
         applies: list[NodeWrite] = []
         for command in commands:
-            tag, nodes, write = self._checked(command)
+            nodes, write = self._checked(command)
             if write.mode is not None:
                 mode = write.automatic if command.value is None else write.remote
                 writes.append(NodeWrite(write.mode, mode, "Int32"))
@@ -105,11 +104,10 @@ class Translation:
             read_back.append(Expected(command.tag, write.requested or write.node, float(raw), tolerance))
             if write.apply is not None:
                 applies.append(NodeWrite(write.apply, True, "Boolean"))
-            assert tag.range.span > 0.0
         return WriteOrder(tuple(writes), tuple(read_back), tuple(applies))
 
-    def _checked(self, command: Command) -> tuple[Tag, TagNodes, Writing]:
-        """Everything that is known of the tag of ``command``, which may be written."""
+    def _checked(self, command: Command) -> tuple[TagNodes, Writing]:
+        """The nodes of the tag of ``command``, which may be written; else LinkError."""
         nodes, rule = self._mapping.tags.get(command.tag), self._rules.writables.get(command.tag)
         if nodes is None or nodes.write is None or rule is None:
             raise LinkError(f"{command.tag!r} cannot be commanded over this link; its mapping has no way to write it")
@@ -117,7 +115,7 @@ class Translation:
         if value is None:
             if not rule.automatic or nodes.write.mode is None:
                 raise LinkError(f"{command.tag!r} has no automatic mode to be handed back to")
-            return tag, nodes, nodes.write
+            return nodes, nodes.write
         slack = SLACK * tag.range.span
         if not (math.isfinite(value) and tag.range.low - slack <= value <= tag.range.high + slack):
             raise LinkError(
@@ -129,7 +127,7 @@ class Translation:
             raise LinkError(
                 f"{command.tag!r} cannot move at {rate:g} {tag.unit}/s: {fastest:g} {tag.unit}/s are allowed"
             )
-        return tag, nodes, nodes.write
+        return nodes, nodes.write
 
 
 def _typed(tag: str, raw: float, kind: Kind) -> float | int | bool:
