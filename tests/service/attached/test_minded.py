@@ -49,7 +49,7 @@ def test_a_process_that_is_killed_is_started_again_at_once() -> None:
     assert time.monotonic() - begin < 2.0
     assert told[0] == "it is gone: it was killed by SIGKILL; it is started again in 0 s"
     minded.end(5.0)
-    assert minded.child is None and minded.status == -signal.SIGTERM
+    assert pid_of(minded) is None and minded.status == -signal.SIGTERM
 
 
 def test_a_process_that_says_nothing_is_killed_and_started_again() -> None:

@@ -138,3 +138,21 @@ def test_in_advise_what_would_be_released_is_shown_and_nothing_reaches_the_plant
         attached.waits_for(lambda now: any(e.kind == "diagnosed" for e in read_events(live)), "a diagnosis")
         time.sleep(10.0)
     assert reactor.commands == [] and verify(live).complete
+
+
+def test_in_closed_loop_a_fault_is_recovered_from_over_the_wire(reactor: Reactor, live: Path) -> None:
+    with Attached(reactor, live) as attached:
+        attached.waits_for(thinks, "thinking")
+        assert attached.order("mode", "closed-loop", "--reason", "test")[0] == 0
+        attached.waits_for(lambda now: now["state"] == "normal", "normal operation", 300.0)
+        before = len(reactor.commands)
+        reactor.ask("fault cool_stuck_open")
+        attached.waits_for(lambda now: any(e.kind == "released" for e in read_events(live)), "a release", 300.0)
+        (written,) = reactor.commands[before:]
+        assert {tag for tag, _, _ in written} >= {"T1.sp", "V2.man"}
+        now = attached.status
+        assert now["latched"] is None and now["mode"]["actual"] == "closed-loop" and now["state"] == "reduced_load"
+        assert attached.interrupt() == 0
+        assert reactor.commands[before:] == [written], "stopping has written nothing"
+    report = verify(live)
+    assert report.complete and report.contradictions == ()

@@ -7,7 +7,7 @@ from typing import Final
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.diagnosis import FaultState, by_fault_set
 from homeostat.domain.disturbance import Disturbance
-from homeostat.domain.events.guard import StateEntered, ThinkingEnded
+from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import (
     Attempted,
     Compared,
@@ -134,8 +134,6 @@ class Story:
                 self.state = event.strategy
                 text = f"{event.strategy!r}: {commands(event.commands, self._plant)}, because {event.reason}"
                 yield Line(at_s, "fallback", text, Tone.BAD)
-            case ThinkingEnded():
-                yield Line(at_s, "thinking", f"ended: {event.reason}", Tone.BAD)
             case RunFinished():
                 yield Line(at_s, "end", event.outcome.replace("_", " "), Tone.MUTED)
             case _:
