@@ -57,6 +57,7 @@ def _attaching(options: argparse.Namespace) -> Attaching:
     from homeostat.links.opcua.security.certificate import Pki
     from homeostat.links.opcua.security.credentials import login_from
     from homeostat.links.opcua.security.security import Security
+    from homeostat.links.opcua.writing.writes import Translation
     from homeostat.plants.described import read_described
     from homeostat.plants.guarding import rules_of
     from homeostat.service.attached.guarding import Attaching
@@ -64,6 +65,8 @@ def _attaching(options: argparse.Namespace) -> Attaching:
     plant, mapping = read_described(options.case), read_mapping(options.link)
     security = Security(None if options.pki is None else Pki(options.pki), options.insecure, login_from(options.login))
     security.check()
+    rules, groups = rules_of(plant), _groups(options)
+    Translation(mapping, rules)  # refused where mapping and plant contradict each other
     if not security.writes:
         tell("INSECURE: nothing is encrypted, nobody is checked, nothing can be written")
     settings = (
@@ -74,14 +77,14 @@ def _attaching(options: argparse.Namespace) -> Attaching:
         Setting("persons", options.persons),
     )
     return Attaching(
-        rules=rules_of(plant),
+        rules=rules,
         mapping=mapping,
         security=security,
         directory=options.dir,
         settings=settings,
         guard=GuardSettings(persons=options.persons, call_s=CALL_S, lease_within_s=plant.settings.link.lease_within_s),
         pace=options.pace,
-        groups=_groups(options),
+        groups=groups,
         key=new_key(),
     )
 

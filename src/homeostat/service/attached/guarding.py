@@ -91,12 +91,14 @@ def guard(attaching: Attaching, pulse: int) -> int:
     try:
         directory, records = _opened(attaching)
     except (OSError, ValueError) as trouble:
-        print(f"homeostat: {printable(' '.join(str(trouble).split()))}", file=sys.stderr, flush=True)
-        return REFUSED
+        return _refused(trouble)
     with directory:
         if directory.unsigned:
             print(f"homeostat: the journal is not signed: {printable(directory.unsigned)}", file=sys.stderr, flush=True)
-        guarding = _Guarding(attaching, directory, records)
+        try:
+            guarding = _Guarding(attaching, directory, records)
+        except (OSError, ValueError) as trouble:
+            return _refused(trouble)
         while not stopping:
             guarding.tick()
             with contextlib.suppress(OSError):
@@ -105,6 +107,12 @@ def guard(attaching: Attaching, pulse: int) -> int:
                 stopping.append("whoever looked after the guard is gone")
         guarding.stop(stopping[0])
     return 0
+
+
+def _refused(trouble: Exception) -> int:
+    """Say in one line why the guard cannot begin; its exit status."""
+    print(f"homeostat: {printable(' '.join(str(trouble).split()))}", file=sys.stderr, flush=True)
+    return REFUSED
 
 
 def _opened(attaching: Attaching) -> tuple[RunDirectory, tuple[Record, ...]]:
