@@ -23,7 +23,8 @@ from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.replay import ReplayModel
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.secrets import SHORTEST_KEY
-from homeostat.record.directory import ANSWERS, PROMPTS, RunDirectory
+from homeostat.record.directory import RunDirectory
+from homeostat.record.texts import ANSWERS, PROMPTS
 from tests.llm.asking import ANSWER, QUESTION, Outcome, Says, ask, asked
 
 KEY = "sk-very-secret-0123456789"

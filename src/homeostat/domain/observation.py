@@ -103,4 +103,14 @@ class Settled:
     """Identifier of the alarm."""
 
 
-Message: TypeAlias = Request | Withdraw | Arm | NoAction | Correction | FallBack | Trouble | Settled | PersonCommand
+@dataclass(frozen=True, slots=True)
+class StandBack:
+    """What writing needs is missing: the mode goes down to observe, and only a person raises it again."""
+
+    reason: str
+    """Why."""
+
+
+Message: TypeAlias = (
+    Request | Withdraw | Arm | NoAction | Correction | FallBack | Trouble | Settled | StandBack | PersonCommand
+)

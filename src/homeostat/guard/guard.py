@@ -9,7 +9,16 @@ from homeostat.domain.events.guard import GuardStarted, StateEntered, Stopped
 from homeostat.domain.events.people import ModeEntered
 from homeostat.domain.events.writes import Cause, TargetsHeld
 from homeostat.domain.mode import Mode, PersonCommand, Side
-from homeostat.domain.observation import Correction, FallBack, NoAction, Observation, Settled, Trouble, Withdraw
+from homeostat.domain.observation import (
+    Correction,
+    FallBack,
+    NoAction,
+    Observation,
+    Settled,
+    StandBack,
+    Trouble,
+    Withdraw,
+)
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.request import Request
 from homeostat.domain.snapshot import Snapshot
@@ -259,6 +268,7 @@ class Guard:
             FallBack: lambda m: self._wish(m.reason),
             Trouble: lambda m: self._troubles.begin(m, self._now_s),
             Settled: lambda m: self._troubles.end(m, self._now_s),
+            StandBack: lambda m: self._persons.stand_back(m.reason, self._now_s),
             PersonCommand: lambda m: self._persons.hear(m, self._present()),
         }
 

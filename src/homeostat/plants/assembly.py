@@ -17,23 +17,21 @@ from homeostat.agents.pricing import Pricing
 from homeostat.agents.probing.twin_probing import TwinProbing
 from homeostat.agents.roles import Agents, AskingProtocol, Monitoring, Proposer, Simulation
 from homeostat.agents.search.action import SearchAction, SearchSettings
-from homeostat.agents.search.candidates import design_commands
 from homeostat.agents.search.planning import SearchPlanning
 from homeostat.agents.search.reprompting import MarginReprompting
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.domain.mode import Mode
-from homeostat.domain.observation import Trouble
-from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.observation import Message, Trouble
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.plant.timing import TICK_S
 from homeostat.domain.ports import Clock, Lease, Source
-from homeostat.domain.recovery import Command, FallbackStrategy, Step
+from homeostat.domain.recovery import FallbackStrategy, Step
 from homeostat.guard.guard import Guard
 from homeostat.guard.parts import Attachment
 from homeostat.guard.requests.seal import Sealer, new_key
 from homeostat.guard.restart.memory import Memory
-from homeostat.guard.sequence.sequencer import Sequencer, nominal_route, what_follows
+from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Trace
 from homeostat.journal.beside.archive import Archive, MemoryArchive
@@ -43,6 +41,7 @@ from homeostat.llm.model import LanguageModel
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.secrets import Secrets
 from homeostat.plants.error import PlantError
+from homeostat.plants.guarding import ISSUER, by_design, fallback_strategies, rules_of
 from homeostat.plants.plant import Plant
 from homeostat.recovery.bounds import Budget
 from homeostat.recovery.exchange.exchange import Exchange, ExchangeSettings
@@ -162,8 +161,7 @@ def new_sequencer(plant: Plant) -> Sequencer:
 
 def nominal(plant: Plant, protocol: AskingProtocol = AskingProtocol.ROUTE) -> tuple[Step, ...]:
     """What follows from the initial state by itself; nothing where every step is asked for."""
-    d = plant.description
-    return nominal_route(d.machine, _by_design(d)) if protocol is AskingProtocol.ROUTE else ()
+    return by_design(plant.description) if protocol is AskingProtocol.ROUTE else ()
 
 
 def check_protocol(plant: Plant, protocol: AskingProtocol) -> None:
@@ -180,21 +178,9 @@ def check_protocol(plant: Plant, protocol: AskingProtocol) -> None:
 
 def fallbacks(plant: Plant) -> tuple[FallbackStrategy, ...]:
     """The fallback strategies of ``plant``, each with the steps that follow from its state by themselves."""
-    d = plant.description
-    commands = _by_design(d)
-    return tuple(
-        replace(s, actions=replace(s.actions, then=what_follows(d.machine, s.actions.target, commands)))
-        for s in d.fallback_strategies
-    )
+    return fallback_strategies(plant.description)
 
 
-def _by_design(plant: PlantDescription) -> dict[str, tuple[Command, ...]]:
-    """State -> what it is commanded by design."""
-    return {state.name: design_commands(state, plant.tags_by_name) for state in plant.machine.states}
-
-
-ISSUER = "release-check"
-"""Name in which the release check seals requests."""
 BUSY_S = 600.0
 """Longest that recovery may hold a plant that stands while it thinks, wall-clock [s]."""
 END_S = 5.0
@@ -260,22 +246,7 @@ class Assembly:
 
 def guard_rules(plant: Plant, protocol: AskingProtocol = AskingProtocol.ROUTE) -> GuardRules:
     """What the guard knows of ``plant``: all of it from tables and settings."""
-    d = plant.description
-    return GuardRules(
-        plant=plant.name,
-        tags=d.tags_by_name,
-        machine=d.machine,
-        limits=d.limits,
-        trips=d.trips,
-        qualities=d.qualities,
-        writables=d.writables,
-        fallbacks=fallbacks(plant),
-        nominal=nominal(plant, protocol),
-        start_up=d.start_up,
-        recipe=plant.recipe,
-        configuration=plant.configuration,
-        timing=d.timing,
-    )
+    return replace(rules_of(plant), nominal=nominal(plant, protocol))
 
 
 def wire(
@@ -285,32 +256,48 @@ def wire(
     mode, key = arrangement.mode, new_key()
     tick_s = plant.description.timing.tick_s
     settings = replace(arrangement.guard, lease_within_s=plant.lease_within_s).for_ticks(tick_s)
-    arrangement = replace(arrangement, hurried=clock.measured)
     rules = guard_rules(plant, arrangement.protocol)
     guard = Guard(rules, Attachment(trace, lease, mode, {ISSUER: key}, arrangement.memory), settings)
+    sealer = Sealer(ISSUER, key, lambda: settings.person_s if guard.mode is Mode.APPROVE else settings.check_age_s)
+    outside = Outside(guard.mailbox.put, clock, trace, sealer)
+    return Assembly(guard, *recovery_beside(plant, outside, seed, arrangement), tick_s)
+
+
+@dataclass(frozen=True, slots=True)
+class Outside:
+    """What recovery has of the world around it."""
+
+    send: Callable[[Message], object]
+    """Takes a message to the guard."""
+    clock: Clock
+    """What thinking costs in process time."""
+    trace: Trace
+    """Takes everything that happens in recovery."""
+    sealer: Sealer
+    """Seals what the release check stands behind."""
+
+
+def recovery_beside(plant: Plant, outside: Outside, seed: int, arrangement: Arrangement) -> tuple[Exchange, Worker]:
+    """Recovery for a guard that may be anywhere: where observations are put, and the thread that has not begun yet.
+
+    ``seed`` seeds the twin's draws.
+    """
+    send, clock = outside.send, outside.clock
 
     def lost(cause: str) -> None:
-        guard.mailbox.put(Trouble("recovery:lost", cause))
+        send(Trouble("recovery:lost", cause))
 
     def failed(cause: str) -> None:
-        guard.mailbox.put(Trouble("recovery:failed", cause))
+        send(Trouble("recovery:failed", cause))
 
     busy_s = BUSY_S if clock.measured else clock.wall_s(0.0)
-    exchange = Exchange(clock, guard.mailbox.put, lost, ExchangeSettings(tick_s=tick_s, busy_s=busy_s))
-    sealer = Sealer(ISSUER, key, lambda: settings.person_s if guard.mode is Mode.APPROVE else settings.check_age_s)
-    recovery = _recovery(plant, exchange, trace, seed, arrangement, rules, sealer)
-    return Assembly(guard, exchange, Worker(exchange, recovery.supervise, failed), tick_s)
+    exchange = Exchange(clock, send, lost, ExchangeSettings(tick_s=plant.description.timing.tick_s, busy_s=busy_s))
+    recovery = _recovery(plant, exchange, outside, seed, replace(arrangement, hurried=clock.measured))
+    return exchange, Worker(exchange, recovery.supervise, failed)
 
 
-def _recovery(
-    plant: Plant,
-    exchange: Exchange,
-    trace: Trace,
-    seed: int,
-    arrangement: Arrangement,
-    rules: GuardRules,
-    sealer: Sealer,
-) -> RecoveryLoop:
+def _recovery(plant: Plant, exchange: Exchange, outside: Outside, seed: int, arrangement: Arrangement) -> RecoveryLoop:
+    trace, rules = outside.trace, guard_rules(plant, arrangement.protocol)
     d, tags, archive = plant.description, plant.description.tags_by_name, arrangement.archive
     stepwise = arrangement.protocol is AskingProtocol.PER_STEP
     twin = Twin(plant.model, d, plant.twin, seed)
@@ -341,6 +328,6 @@ def _recovery(
     )
     passing = frozenset(mode.name for mode in d.fault_modes if mode.effect is not None)  # nobody knows that it lasts
     known = PlantRules(d.machine, d.limits, plant.prices, rules.fallbacks, d.scales, tags, passing, d.timing)
-    check = ReleaseCheck(twin, d.limits, tags, sealer.seal, rules.configuration, plant.risk)
+    check = ReleaseCheck(twin, d.limits, tags, outside.sealer.seal, rules.configuration, plant.risk)
     bounds = Bounds(arrangement.budget.for_ticks(d.timing.tick_s), plant.intervention, stepwise)
     return RecoveryLoop(exchange, agents, known, check, bounds, trace)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from pyoxigraph import NamedNode
 
+from homeostat.domain.mode import Side
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.flowsheet import Flowsheet
 from homeostat.domain.plant.prices import Prices, prices_of
@@ -65,6 +66,11 @@ class DescribedPlant:
     def configuration(self) -> str:
         """Digest of everything that configures the plant."""
         return configuration_digest(self.files)
+
+    @property
+    def recipe(self) -> Side:
+        """Who runs the nominal sequence in modes that write."""
+        return Side(self.settings.recipe)
 
     @property
     def prices(self) -> Prices:

@@ -2,7 +2,6 @@
 
 import contextlib
 import fcntl
-import hashlib
 import itertools
 import os
 from collections.abc import Iterator, Mapping
@@ -12,23 +11,16 @@ from typing import Self, final
 
 from homeostat.domain.snapshot import Trajectory
 from homeostat.journal import Followed, Journal, Manifest, StoredFile, Summary
-from homeostat.journal.beside.artifacts import write_parquet, write_text
+from homeostat.journal.beside.artifacts import write_parquet
 from homeostat.journal.beside.files import JOURNAL, MANIFEST, describe, write_whole
 from homeostat.journal.events import Event
 from homeostat.journal.signing.keys import KeyTrouble, SigningKey, installation_key
+from homeostat.record.texts import Texts
 
 TRAJECTORY = "trajectory.parquet"
 """Measured and true values of every tag."""
 FIGURE = "figure.png"
 """The run as a picture."""
-QUERIES = "queries"
-"""Folder of the questions that were put to the graph."""
-SUBGRAPHS = "subgraphs"
-"""Folder of what the graph answered."""
-PROMPTS = "prompts"
-"""Folder of what language models were shown."""
-ANSWERS = "answers"
-"""Folder of what they were to answer in (JSON schemas), and answered."""
 
 
 class RunDirectoryError(ValueError):
@@ -112,7 +104,7 @@ class RunDirectory:
         """The directory."""
         self.trace = Followed(self.journal)
         """Where events go: followers are told of each, also where there is no room for it."""
-        self._texts: dict[str, StoredFile] = {}
+        self._texts = Texts(path, self.spared)
         self._missing: dict[str, str] = {}
 
     @property
@@ -140,19 +132,19 @@ class RunDirectory:
 
     def store_query(self, text: str) -> StoredFile:
         """Keep a question; the file's name is relative to the run directory."""
-        return self._store_text(QUERIES, text, ".rq")
+        return self._texts.store_query(text)
 
     def store_subgraph(self, text: str) -> StoredFile:
         """Keep an answer in Turtle; the file's name is relative to the run directory."""
-        return self._store_text(SUBGRAPHS, text, ".ttl")
+        return self._texts.store_subgraph(text)
 
     def store_prompt(self, text: str) -> StoredFile:
         """Keep a prompt; the file's name is relative to the run directory."""
-        return self._store_text(PROMPTS, text, ".md")
+        return self._texts.store_prompt(text)
 
     def store_json(self, text: str) -> StoredFile:
         """Keep a schema or an answer; the file's name is relative to the run directory."""
-        return self._store_text(ANSWERS, text, ".json")
+        return self._texts.store_json(text)
 
     def store_trajectory(self, measured: Trajectory, truth: Trajectory, units: Mapping[str, str]) -> StoredFile:
         """Keep the columns ``measured TAG`` and ``true TAG`` of every tag in ``units`` (tag -> unit)."""
@@ -191,13 +183,3 @@ class RunDirectory:
                 self.journal.__exit__(kind, error, traceback)
         finally:
             os.close(self._lock)
-
-    def _store_text(self, folder: str, text: str, suffix: str) -> StoredFile:
-        key = f"{folder}{suffix}\n{text}"
-        if key not in self._texts:  # agents ask the same again, and writing waits for the disk while they think
-            content = text.encode()
-            self._texts[key] = StoredFile("", len(content), hashlib.sha256(content).hexdigest())
-            with self.spared(folder):
-                stored = write_text(self.path / folder, text, suffix)
-                self._texts[key] = describe(self.path / folder / stored.name, self.path)
-        return self._texts[key]

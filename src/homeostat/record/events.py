@@ -13,7 +13,7 @@ from homeostat.journal import Event, Resumed, RunFinished, RunStarted, Signed
 from homeostat.journal.calls import ModelCalled
 
 
-def _declared(module: ModuleType) -> tuple[type[Event], ...]:
+def declared(module: ModuleType) -> tuple[type[Event], ...]:
     """The events that a module declares."""
     own = (item for item in vars(module).values() if isinstance(item, type) and item.__module__ == module.__name__)
     return tuple(item for item in own if hasattr(item, "kind"))
@@ -21,7 +21,7 @@ def _declared(module: ModuleType) -> tuple[type[Event], ...]:
 
 EVENTS: Final[tuple[type[Event], ...]] = (
     *(RunStarted, RunFinished, Resumed, Signed, ModelCalled),
-    *(event for module in (recovery, guard, trips, people, writes) for event in _declared(module)),
+    *(event for module in (recovery, guard, trips, people, writes) for event in declared(module)),
 )
 """The events that are decoded; a record of another kind is somebody else's."""
 

@@ -67,7 +67,14 @@ def read(path: Path, run: str, now_s: float) -> PersonCommand:
     """
     descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     with os.fdopen(descriptor, "rb") as file:
-        content = file.read(LARGEST + 1)
+        command = parsed(file.read(LARGEST + 1), run, now_s)
+    if f"{command.id}{ENDING}" != path.name:
+        raise OrderError(f"it names itself {command.id!r}")
+    return command
+
+
+def parsed(content: bytes, run: str, now_s: float) -> PersonCommand:
+    """The order in ``content``; as :func:`read`."""
     if len(content) > LARGEST:
         raise OrderError(f"it has more than {LARGEST} byte")
     try:
@@ -76,8 +83,6 @@ def read(path: Path, run: str, now_s: float) -> PersonCommand:
         raise OrderError(_first(error)) from None
     if order.run != run:
         raise OrderError("it was made for another run, or before this one began")
-    if f"{order.id}{ENDING}" != path.name:
-        raise OrderError(f"it names itself {order.id!r}")
     return order.command(now_s)
 
 

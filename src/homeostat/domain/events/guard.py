@@ -118,6 +118,26 @@ class Stopped:
 
 
 @dataclass(frozen=True, slots=True)
+class ThinkingBegan:
+    """The process that thinks is there, for the first time or again; what one before it was about to say is lost."""
+
+    kind: ClassVar[str] = "thinking-began"
+    process: int
+    """Its number."""
+
+
+@dataclass(frozen=True, slots=True)
+class ThinkingEnded:
+    """The process that thinks is gone; the guard goes on without it."""
+
+    kind: ClassVar[str] = "thinking-ended"
+    process: int
+    """Its number."""
+    reason: str
+    """Why, as far as it is known."""
+
+
+@dataclass(frozen=True, slots=True)
 class SequenceLoaded:
     """The sequencer goes on with something else; a restart takes its position from here."""
 

@@ -135,16 +135,30 @@ class Persons:
             return ""
         return unchanged_service(command.subject, self._floor.parts.rules, service)
 
+    def stand_back(self, reason: str, now_s: float) -> None:
+        """Go down to observe without a person's order, because of ``reason``; a person must raise the mode again."""
+        if self._floor.modes.mode is not Mode.OBSERVE:
+            why = brief(reason)
+            self._enter(Mode.OBSERVE, ModeEntered(Mode.OBSERVE.value, "", why), why, now_s)
+            self._floor.parts.alarms.say("mode:observe", f"observe only: {why}", Priority.HIGH, now_s)
+
     def _mode(self, command: PersonCommand, present: Present) -> str:
-        floor, mode, now_s = self._floor, Mode(command.subject), present.now_s
-        if floor.latch.reason is not None and mode.writes:
+        mode = Mode(command.subject)
+        if self._floor.latch.reason is not None and mode.writes:
             return "a fallback is latched; reset it first"
+        why = f"{command.person} changed the mode"
+        return self._enter(mode, ModeEntered(mode.value, command.person, command.reason), why, present.now_s)
+
+    def _enter(self, mode: Mode, entered: ModeEntered, why: str, now_s: float) -> str:
+        """Go over to ``mode``, and have nothing of the one before go on; why not, or empty."""
+        floor = self._floor
         objection = floor.modes.enter(mode, now_s)
         if objection:
             return objection
         if floor.latch.reason is None:  # a fallback is sent until it stands, whatever the mode
-            floor.parts.writer.overtake(now_s, f"{command.person} changed the mode")
-        why = f"{command.person} changed the mode to {mode.value!r}"
+            floor.parts.writer.overtake(now_s, why)
+        if entered.person:
+            why += f" to {mode.value!r}"
         if self._unread is not None:
             text = f"{why} before the plant was read to hold {self._unread[1]!r}: nothing follows it"
             floor.parts.alarms.say("write:person", text, Priority.HIGH, now_s)
@@ -152,7 +166,7 @@ class Persons:
         floor.requests.withdraw_all(why, now_s)
         if not mode.writes:
             floor.steps.withdraw(why, now_s)
-        floor.parts.note(ModeEntered(mode.value, command.person, command.reason), now_s)
+        floor.parts.note(entered, now_s)
         return ""
 
     def _reset(self, command: PersonCommand, present: Present) -> str | Counted:

@@ -24,6 +24,7 @@ _BETWEEN: Final = (
     trips.FallbackActivated,
     GaveUp,
     guard.GuardStarted,
+    guard.ThinkingEnded,
     NoActionTaken,
     RunFinished,
     guard.Stopped,

@@ -63,6 +63,11 @@ class OpcuaLink:
             time.sleep(LOOK_S)
 
     @property
+    def connections(self) -> int:
+        """Goes up with every connection that was up, and with every one that was lost."""
+        return self._keeper.epoch
+
+    @property
     def clock_s(self) -> float:
         """How far the server's clock is ahead of ours [s]."""
         return self._board.clock_s

@@ -4,7 +4,7 @@ import shlex
 from collections.abc import Iterator
 
 from homeostat.domain.alarm import Priority
-from homeostat.domain.events.guard import GuardStarted, RequestAnswered
+from homeostat.domain.events.guard import GuardStarted, RequestAnswered, ThinkingEnded
 from homeostat.domain.events.people import (
     AlarmAcknowledged,
     AlarmRaised,
@@ -57,6 +57,11 @@ class GuardStory:
                 self._mode = event.mode
                 text = f"{_MEANING[event.mode]}; changed by {event.person}{_because(event.reason)}"
                 yield Line(at_s, "mode", text, Tone.WARNING)
+            case ModeEntered(mode=Mode.OBSERVE.value, reason=reason) if reason:
+                self._mode = event.mode
+                yield Line(at_s, "mode", f"{_MEANING[event.mode]}; {reason}", Tone.WARNING)
+            case ThinkingEnded():
+                yield Line(at_s, "thinking", f"{event.reason}; nothing is diagnosed until it is back", Tone.WARNING)
             case RequestAnswered():
                 yield from self._answer(event, at_s)
             case PersonHeard():

@@ -140,10 +140,12 @@ class Story:
                 pass  # an event that is not for the operator
 
     def _begin(self, event: RunStarted) -> Line:
+        if (end_s := event.settings.get("end_s")) is None:
+            return Line(0.0, "run", f"{event.case}, attached")
         disturbed = [(Disturbance.parse(text).from_s, text) for text in event.disturbances]
         self._coming = sorted([*((f.onset_s, self._fault(f)) for f in self.record.faults), *disturbed])
         what = " + ".join((*event.faults, *event.disturbances)) or "no fault"
-        return Line(0.0, "run", f"{event.case}, {what}, seed {event.seed}, {float(event.settings['end_s']):g} s")
+        return Line(0.0, "run", f"{event.case}, {what}, seed {event.seed}, {float(end_s):g} s")
 
     def _fault(self, state: FaultState) -> str:
         mode = self._plant.fault(state.fault)

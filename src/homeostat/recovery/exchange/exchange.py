@@ -229,6 +229,12 @@ class Exchange:
             self.cancel("the run is over")
             self._changed.notify_all()
 
+    @property
+    def busy_s(self) -> float:
+        """How long recovery has gone on without a look at the plant, wall-clock [s]; 0 while it waits."""
+        with self._changed:
+            return 0.0 if self._idle or self._parked is not None else time.monotonic() - self._busy_since
+
     def report(self, name: str, cause: str) -> None:
         """Have the guard call a person: ``cause`` is one sentence about ``name``."""
         self._send(Trouble(name, cause))

@@ -1,0 +1,109 @@
+"""``homeostat attach``: a live plant, guarded and thought about through a link until it is stopped."""
+
+from __future__ import annotations
+
+import argparse
+import grp
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from homeostat.cli.arguments import UsageError
+from homeostat.domain.mode import Role
+from homeostat.domain.plant.timing import TICK_S
+from homeostat.domain.quotation import printable
+
+if TYPE_CHECKING:
+    from homeostat.service.attached.guarding import Attaching
+
+
+CALL_S = 0.5
+"""Longest wait for a control system to take a write or a heartbeat, wall-clock [s]."""
+
+
+def carry_out(options: argparse.Namespace) -> int:
+    """Check everything, then keep the plant attached; 0 once it was stopped."""
+    if options.print_units:
+        from homeostat.service.keeping.units import unit
+
+        print(unit(), end="")
+        return 0
+    for name in ("case", "link", "dir"):
+        if getattr(options, name) is None:
+            raise UsageError(f"say {'which plant' if name == 'case' else f'--{name}'}; only --print-units needs none")
+    from homeostat.links.opcua.extra import need_opcua
+
+    need_opcua()
+    from homeostat.service.keeping.attach import attach
+
+    return attach(_attaching(options), _absolute(options.case), tell)
+
+
+def tell(text: str) -> None:
+    """Say ``text`` to whoever watches, if anybody does."""
+    try:
+        print(printable(f"homeostat: {text}"), file=sys.stderr, flush=True)
+    except OSError:
+        return
+
+
+def _attaching(options: argparse.Namespace) -> Attaching:
+    """Everything that the two processes begin with, read and checked."""
+    import hashlib
+
+    from homeostat.guard.requests.seal import new_key
+    from homeostat.guard.settings import GuardSettings
+    from homeostat.journal import Setting
+    from homeostat.links.opcua.mapping import read_mapping
+    from homeostat.links.opcua.security.certificate import Pki
+    from homeostat.links.opcua.security.credentials import login_from
+    from homeostat.links.opcua.security.security import Security
+    from homeostat.links.opcua.writing.writes import Translation
+    from homeostat.plants.described import read_described
+    from homeostat.plants.guarding import rules_of
+    from homeostat.service.attached.guarding import Attaching
+
+    plant, mapping = read_described(options.case), read_mapping(options.link)
+    security = Security(None if options.pki is None else Pki(options.pki), options.insecure, login_from(options.login))
+    security.check()
+    if (tick_s := plant.description.timing.tick_s) != TICK_S:
+        words = f"{plant.name} has a tick of {tick_s:g} s; only a plant of {TICK_S:g} s can be attached so far"
+        raise UsageError(f"{words}; set tick_s in [time] of its case.toml, or leave it out")
+    rules, groups = rules_of(plant), _groups(options)
+    Translation(mapping, rules)  # refused where mapping and plant contradict each other
+    if not security.writes:
+        tell("INSECURE: nothing is encrypted, nobody is checked, nothing can be written")
+    settings = (
+        Setting("configuration", plant.configuration),
+        Setting("plant folder", str(plant.files.folder)),
+        Setting("link", hashlib.sha256(options.link.read_bytes()).hexdigest()),
+        Setting("pace", options.pace),
+        Setting("persons", options.persons),
+    )
+    return Attaching(
+        rules=rules,
+        mapping=mapping,
+        security=security,
+        directory=options.dir,
+        settings=settings,
+        guard=GuardSettings(persons=options.persons, call_s=CALL_S, lease_within_s=plant.settings.link.lease_within_s),
+        pace=options.pace,
+        groups=groups,
+        key=new_key(),
+    )
+
+
+def _groups(options: argparse.Namespace) -> dict[Role, int]:
+    found = {}
+    for role, name in ((Role.OPERATOR, options.operators), (Role.ENGINEER, options.engineers)):
+        if name is not None:
+            try:
+                found[role] = grp.getgrnam(name).gr_gid
+            except KeyError:
+                raise UsageError(f"there is no group {name!r} on this machine; name one that has the {role}s") from None
+    return found
+
+
+def _absolute(case: str) -> str:
+    """``case``, as a process in another folder understands it."""
+    return str(Path(case).resolve()) if "/" in case else case

@@ -1,0 +1,103 @@
+"""The directory of an attached plant: its journal, as of a run, and the sockets at which others reach its guard."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from homeostat.domain.mode import Role
+from homeostat.journal import Record, RunStarted, Setting, read_events
+from homeostat.journal.beside.files import JOURNAL, MANIFEST
+from homeostat.journal.reading import parse
+from homeostat.links.errors import LinkError
+
+ATTACHED: Final = "attached"
+"""Name of the setting that tells the journal of an attached plant from a run's."""
+THINKING: Final = "thinking.sock"
+"""Socket at which the process that thinks reaches the guard."""
+DOORS: Final = {Role.OPERATOR: "operator.sock", Role.ENGINEER: "engineer.sock"}
+"""Role -> the socket for it: whoever may open it has the role."""
+LONGEST_PATH: Final = 107
+"""Longest path of a local socket [byte]."""
+
+
+class AttachError(LinkError):
+    """A plant cannot be attached in a directory; one line with the remedy."""
+
+
+def hold(directory: Path) -> int:
+    """Make ``directory`` where it is not there; its lock, which ends with the last process that has it.
+
+    Raises AttachError where another service has it, or sockets in it would have paths that are too long.
+    """
+    longest = max(map(len, (THINKING, *DOORS.values()))) + 1
+    if (size := len(os.fsencode(directory.resolve())) + longest) > LONGEST_PATH:
+        raise AttachError(
+            f"sockets in {str(directory)!r} would have a path of {size} bytes, {LONGEST_PATH} are possible; "
+            "choose a shorter one with --dir"
+        )
+    directory.mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise AttachError(
+            f"{str(directory)!r} is attached already; stop that service, or choose another --dir"
+        ) from None
+    return descriptor
+
+
+def begins(directory: Path) -> RunStarted | None:
+    """How the journal in ``directory`` begins; None where there is none, or it is not an attached plant's."""
+    try:
+        with (directory / JOURNAL).open("rb") as file:
+            line = file.readline()
+    except OSError:
+        return None
+    if not line.endswith(b"\n"):
+        return None
+    return _started(parse(line[:-1]))
+
+
+def _started(record: Record) -> RunStarted | None:
+    if record.kind != RunStarted.kind:
+        return None
+    from homeostat.record.decode import decode
+
+    started = decode(record)
+    return started if isinstance(started, RunStarted) and started.settings.get(ATTACHED) is True else None
+
+
+def refuse_unfit(directory: Path, plant: str, configuration: str) -> None:
+    """AttachError where ``directory`` holds something else than what was attached there before with this plant."""
+    names = [path.name for path in directory.iterdir() if not path.is_socket()]
+    started = begins(directory)
+    if started is None:
+        if names:
+            raise AttachError(f"{str(directory)!r} is not empty; choose another directory with --dir")
+        return
+    made = str(started.settings.get("configuration"))
+    if (started.case, made) != (plant, configuration):
+        raise AttachError(
+            f"{str(directory)!r} is of plant {started.case!r} in configuration {made[:12]}, and not of {plant!r} in "
+            f"{configuration[:12]}; choose another directory with --dir, after a look at the latch in this one"
+        )
+
+
+def first_event(plant: str, chosen: Sequence[Setting], wall_started: str, versions: Sequence[Setting]) -> RunStarted:
+    """The first event of an attached plant's journal; ``chosen``: what it is attached with."""
+    return RunStarted(plant, (), 1, (Setting(ATTACHED, True), *chosen), tuple(versions), wall_started)
+
+
+def open_again(directory: Path) -> None:
+    """Have a journal that was closed when the service stopped be gone on with."""
+    (directory / MANIFEST).unlink(missing_ok=True)
+
+
+def past(directory: Path) -> tuple[Record, ...]:
+    """Everything that the journal holds."""
+    return tuple(read_events(directory))

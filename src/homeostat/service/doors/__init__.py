@@ -1,0 +1,1 @@
+"""Where people reach an attached plant: two local sockets, one for each role."""

@@ -1,0 +1,1 @@
+"""Keeping the processes of an attached plant: started, watched, and started again."""

@@ -1,0 +1,87 @@
+"""An attached plant from start to stop: a guard and thinking beside it, in two processes that are minded by a third."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import Final
+
+from homeostat.service.attached.guarding import REFUSED, Attaching, guard
+from homeostat.service.attached.place import hold, refuse_unfit
+from homeostat.service.keeping.minded import Minded, Patience
+from homeostat.service.keeping.notify import Notify
+
+GUARD: Final = Patience(start_s=60.0, quiet_s=20.0, again_s=0.5, most_s=5.0)
+"""The guard comes back at once, and at the latest 5 s after it has died again and again."""
+THINKING: Final = Patience(start_s=120.0, quiet_s=30.0, again_s=1.0, most_s=60.0)
+"""Thinking has more to load, and steps back where it does not last."""
+STOP_S: Final = 15.0
+"""Longest that the guard may take to end: it gives the lease back, and closes its journal, wall-clock [s]."""
+LOOK_S: Final = 0.05
+"""How often the processes are looked at, wall-clock [s]."""
+ALIVE_S: Final = 1.0
+"""How often the service manager is told that the guard goes on, wall-clock [s]."""
+
+
+def attach(attaching: Attaching, plant: str, tell: Callable[[str], object]) -> int:
+    """Keep ``plant`` attached until a signal ends it (SIGINT, SIGTERM); the exit status, 2 where it cannot begin.
+
+    ``plant``: its name, or the path of its folder, for the process that thinks; ``tell`` is told what becomes of the
+    two. Raises AttachError where another service has the directory, or it holds something else.
+    """
+    lock = hold(attaching.directory)
+    try:
+        refuse_unfit(attaching.directory, attaching.rules.plant, attaching.rules.configuration)
+        return _kept(attaching, plant, tell)
+    finally:
+        os.close(lock)
+
+
+def _kept(attaching: Attaching, plant: str, tell: Callable[[str], object]) -> int:
+    stopping: list[int] = []
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        stopping.append(number)
+
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    manager = Notify()
+    guarding = Minded("the guard", lambda pulse: guard(attaching, pulse), GUARD, tell)
+    thinking = Minded(
+        "thinking", lambda pulse: _think(attaching.directory, plant, attaching.pace, pulse), THINKING, tell
+    )
+    ready, told = False, 0.0
+    try:
+        while not stopping:
+            alive = guarding.look()
+            if not ready and guarding.child is None and guarding.status == REFUSED:
+                return REFUSED
+            if alive and not ready:
+                ready = True
+                manager.tell(f"READY=1\nSTATUS={attaching.rules.plant} is attached")
+                tell(f"{attaching.rules.plant} is attached in {str(attaching.directory)!r}; the guard observes")
+            if alive and time.monotonic() - told >= ALIVE_S:
+                told = time.monotonic()
+                manager.tell("WATCHDOG=1")
+            if ready:
+                thinking.look()
+            time.sleep(LOOK_S)
+        manager.tell("STOPPING=1")
+        guarding.end(STOP_S)
+        tell("stopped; nothing was written, and the plant's own control goes on")
+        return 0
+    finally:
+        guarding.end(STOP_S)
+        thinking.end(0.5)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _think(directory: Path, plant: str, pace: float, pulse: int) -> int:
+    """Turn this process into one that thinks; it never returns where that succeeds."""
+    python = [sys.executable, "-m", "homeostat.service.thinking"]
+    os.execv(python[0], [*python, str(directory), plant, repr(pace), str(pulse)])

@@ -1,0 +1,1 @@
+"""What an attached plant's journal tells of the last days, before anybody raises its mode."""

@@ -1,0 +1,167 @@
+"""Facts of a stretch of a journal: modes, alarms, quality of readings, diagnoses, and what was asked for."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from homeostat.domain.diagnosis import by_fault_set
+from homeostat.domain.events.guard import GuardStarted, QualityChanged, RequestAnswered, ThinkingEnded
+from homeostat.domain.events.people import AlarmRaised, AlarmReturned, ModeEntered
+from homeostat.domain.events.recovery import Attempted, Diagnosed
+from homeostat.domain.events.trips import FallbackActivated
+from homeostat.domain.recovery import Command
+from homeostat.journal import Record
+from homeostat.record.decode import decode
+
+SAID = ("advised", "offered", "confirmed", "refused", "failed", "withdrawn")
+"""How far a request has come, as far as a person wants to know."""
+
+
+@dataclass(slots=True)
+class Lasting:
+    """Something that begins and ends again."""
+
+    times: int = 0
+    """How often it began."""
+    lasted_s: float = 0.0
+    """How long it lasted in all [s of process time]."""
+    longest_s: float = 0.0
+    """How long it lasted at most [s of process time]."""
+    text: str = ""
+    """What was said of it last."""
+    _since_s: float = math.nan
+
+    @property
+    def lasts(self) -> bool:
+        """Whether it has begun and not ended."""
+        return not math.isnan(self._since_s)
+
+    def begin(self, at_s: float, text: str = "") -> None:
+        """It begins at process time ``at_s`` [s]; what lasts already goes on."""
+        self.text = text or self.text
+        if not self.lasts:
+            self.times, self._since_s = self.times + 1, at_s
+
+    def end(self, at_s: float) -> None:
+        """It ends at process time ``at_s`` [s]."""
+        if self.lasts:
+            for_s = max(at_s - self._since_s, 0.0)
+            self.lasted_s, self.longest_s = self.lasted_s + for_s, max(self.longest_s, for_s)
+            self._since_s = math.nan
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A request, and how far it came."""
+
+    at_s: float
+    """Process time of the last word on it [s]."""
+    proposer: str
+    """Who proposed it."""
+    status: str
+    """How far it came."""
+    reason: str
+    """Why no further; empty where nothing was against it."""
+    commands: tuple[Command, ...]
+    """What it would write at once; nothing where the journal does not say."""
+
+
+@dataclass(slots=True)
+class Facts:
+    """What a stretch of a journal says."""
+
+    plant: str = ""
+    """Name of the plant."""
+    from_s: float = 0.0
+    """Process time at which the stretch begins [s]."""
+    to_s: float = 0.0
+    """Process time of the last line [s]."""
+    modes: dict[str, Lasting] = field(default_factory=dict)
+    """Mode -> how long the guard stood in it."""
+    alarms: dict[str, Lasting] = field(default_factory=dict)
+    """Alarm -> how often and how long."""
+    bad: dict[str, Lasting] = field(default_factory=dict)
+    """Tag -> how often and how long its reading was bad."""
+    uncertain: dict[str, Lasting] = field(default_factory=dict)
+    """Tag -> how often and how long its reading was uncertain."""
+    diagnosed: list[tuple[float, str, float]] = field(default_factory=list)
+    """Process time, what was likeliest, and its probability, wherever that changed."""
+    asked: dict[str, Asked] = field(default_factory=dict)
+    """Request -> how far it came."""
+    counts: Counter[str] = field(default_factory=Counter)
+    """What else happened -> how often."""
+
+    @property
+    def length_s(self) -> float:
+        """Length of the stretch [s of process time]."""
+        return max(self.to_s - self.from_s, 0.0)
+
+    def share(self, lasting: Lasting) -> float:
+        """The part of the stretch for which something lasted [1]."""
+        return lasting.lasted_s / self.length_s if self.length_s > 0.0 else 0.0
+
+
+_COUNTED: Mapping[str, str] = {
+    GuardStarted.kind: "starts of the guard",
+    ThinkingEnded.kind: "deaths of thinking",
+    FallbackActivated.kind: "fallbacks",
+}
+
+
+def facts_of(records: Iterable[Record], last_s: float = math.inf) -> Facts:
+    """What ``records``, a whole journal in order, say of their last ``last_s`` [s of process time].
+
+    What began before the stretch counts from its begin.
+    """
+    known = tuple(records)
+    facts = Facts(to_s=known[-1].at_s if known else 0.0)
+    facts.from_s = max(facts.to_s - last_s, known[0].at_s if known else 0.0)
+    tried: dict[str, tuple[Command, ...]] = {}
+    for record in known:
+        inside = record.at_s >= facts.from_s
+        if inside and record.kind in _COUNTED:
+            facts.counts[_COUNTED[record.kind]] += 1
+        _take(facts, record, tried, inside)
+    for lasting in (x for group in (facts.modes, facts.alarms, facts.bad, facts.uncertain) for x in group.values()):
+        lasting.end(facts.to_s)
+    return facts
+
+
+def _take(facts: Facts, record: Record, tried: dict[str, tuple[Command, ...]], inside: bool) -> None:
+    at_s = max(record.happened_s, facts.from_s)
+    match decode(record):
+        case GuardStarted(plant=plant):
+            facts.plant = plant
+        case ModeEntered(mode=mode):
+            for name in tuple(facts.modes):
+                _end(facts.modes, name, at_s, inside)
+            facts.modes.setdefault(mode, Lasting()).begin(at_s)
+        case AlarmRaised(alarm=alarm, cause=cause):
+            facts.alarms.setdefault(alarm, Lasting()).begin(at_s, cause)
+        case AlarmReturned(alarm=alarm) if alarm in facts.alarms:
+            _end(facts.alarms, alarm, at_s, inside)
+        case QualityChanged(tag=tag, quality=quality, reason=reason):
+            for name, group in (("bad", facts.bad), ("uncertain", facts.uncertain)):
+                if quality == name:
+                    group.setdefault(tag, Lasting()).begin(at_s, reason)
+                elif tag in group:
+                    _end(group, tag, at_s, inside)
+        case Attempted(digest=digest, commands=commands):
+            tried[digest] = commands
+        case Diagnosed(hypotheses=hypotheses) if inside and (best := next(iter(by_fault_set(hypotheses)), None)):
+            if not facts.diagnosed or facts.diagnosed[-1][1] != best.name:
+                facts.diagnosed.append((record.happened_s, best.name, best.probability))
+        case RequestAnswered() as said if inside and said.status in SAID:
+            commands = tried.get(said.digest, ())
+            facts.asked[said.request] = Asked(record.happened_s, said.proposer, said.status, said.reason, commands)
+
+
+def _end(group: dict[str, Lasting], name: str, at_s: float, inside: bool) -> None:
+    """``name`` has ended; where that was before the stretch, it is none of its facts."""
+    if inside:
+        group[name].end(at_s)
+    else:
+        del group[name]

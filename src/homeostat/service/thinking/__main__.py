@@ -1,0 +1,10 @@
+"""``python -m homeostat.service.thinking DIR PLANT PACE DESCRIPTOR``: 'homeostat attach' starts it, and nobody else."""
+
+import sys
+from pathlib import Path
+
+from homeostat.service.thinking.process import Thinking, think
+
+if __name__ == "__main__":
+    directory, plant, pace, pulse = sys.argv[1:]
+    think(Thinking(Path(directory), plant, float(pace), int(pulse)))

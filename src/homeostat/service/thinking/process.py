@@ -1,0 +1,127 @@
+"""The process that thinks: recovery with twin and models, told by a guard in another process what it sees."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from homeostat.domain.mode import Mode
+from homeostat.domain.observation import Observation, Trouble
+from homeostat.guard.requests.seal import Sealer
+from homeostat.guard.settings import GuardSettings
+from homeostat.links.clock import ThinkingClock
+from homeostat.plants.assembly import BUSY_S, Arrangement, Outside, recovery_beside
+from homeostat.plants.guarding import ISSUER
+from homeostat.plants.plant import Plant, load_plant
+from homeostat.record.texts import Texts
+from homeostat.recovery.exchange.exchange import Exchange
+from homeostat.recovery.exchange.loop import overtaken_by
+from homeostat.service.attached.place import THINKING
+from homeostat.service.thinking.away import Away, AwayTrace
+from homeostat.service.thinking.codec import FromThinking, Hello
+
+PULSE_S: Final = 1.0
+"""How often it says that it goes on, wall-clock [s]."""
+LOST: Final = 1
+"""Exit status of thinking that failed for good, or may not think for this guard."""
+
+
+@dataclass(frozen=True, slots=True)
+class Thinking:
+    """What a process thinks about."""
+
+    directory: Path
+    """Directory of the attached plant."""
+    plant: str
+    """Name of the plant, or path of its folder."""
+    pace: float
+    """Process seconds per wall-clock second."""
+    pulse: int
+    """Descriptor that takes a byte each time it says that it goes on."""
+
+
+class _Heart:
+    """Says from a thread of its own that this process goes on, as long as recovery looks up now and then."""
+
+    def __init__(self, pulse: int) -> None:
+        self._pulse, self._parent = pulse, os.getppid()
+        self.exchange: Exchange | None = None
+        threading.Thread(target=self._beat_on, name="pulse", daemon=True).start()
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether whoever started this process is still there."""
+        return os.getppid() == self._parent
+
+    def _beat_on(self) -> None:
+        while True:
+            if not self.goes_on:
+                os._exit(0)
+            if self.exchange is None or self.exchange.busy_s < BUSY_S:
+                with contextlib.suppress(OSError):
+                    os.write(self._pulse, b".")
+            time.sleep(PULSE_S)
+
+
+class _Seen:
+    """The last tick that the guard told of."""
+
+    def __init__(self) -> None:
+        self.last: Observation | None = None
+
+    @property
+    def seal_s(self) -> float:
+        """How long a seal holds at present [s]."""
+        settings = GuardSettings()
+        asks = self.last is not None and self.last.mode is Mode.APPROVE
+        return settings.person_s if asks else settings.check_age_s
+
+
+def think(thinking: Thinking) -> None:
+    """Think until whoever started this process is gone; ends the process itself where it cannot go on."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C at the terminal is for whoever started this
+    heart = _Heart(thinking.pulse)
+    plant = load_plant(thinking.plant)
+    away = Away(thinking.directory / THINKING, plant.description.machine, lambda: heart.goes_on)
+    seen, exchange = _Seen(), None
+    for told in away.told():
+        if isinstance(told, Hello):
+            if told.configuration != plant.configuration:
+                _give_up(away, f"the plant in {str(plant.files.folder)!r} has changed since it was attached")
+            if exchange is None:
+                exchange = heart.exchange = _begin(thinking, plant, told.key, away, seen)
+                away.ready()
+        elif exchange is not None and (seen.last is None or told.now_s > seen.last.now_s):
+            before, seen.last = seen.last, told
+            exchange.publish(told, None if before is None else overtaken_by(before, told))
+
+
+def _begin(thinking: Thinking, plant: Plant, key: bytes, away: Away, seen: _Seen) -> Exchange:
+    """Have recovery begin in its thread; where observations are put."""
+
+    def send(said: FromThinking) -> None:
+        away.send(said)
+        if isinstance(said, Trouble) and said.name == "recovery:lost":
+            _give_up(away, said.cause)
+
+    sealer = Sealer(ISSUER, key, lambda: seen.seal_s)
+    outside = Outside(send, ThinkingClock(thinking.pace), AwayTrace(send), sealer)
+    archive = Texts(thinking.directory, lambda what: contextlib.suppress(OSError))
+    exchange, worker = recovery_beside(plant, outside, seed=1, arrangement=Arrangement(archive=archive))
+    worker.start()
+    return exchange
+
+
+def _give_up(away: Away, reason: str) -> None:
+    """End this process, because another one may do better."""
+    print(f"homeostat: thinking ends: {reason}", file=sys.stderr, flush=True)
+    away.send(Trouble("recovery:lost", reason))
+    time.sleep(PULSE_S)  # until it was sent
+    os._exit(LOST)

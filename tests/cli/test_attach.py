@@ -1,0 +1,83 @@
+"""``homeostat attach`` and what asks it, where nothing is attached: one clear line each, and the unit that ships."""
+
+from __future__ import annotations
+
+import configparser
+import os
+import socket
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("asyncua", reason="the extra 'opcua' is not installed")
+
+from homeostat.service.keeping.notify import Notify
+from tests.cli.command import homeostat, refused
+
+MAPPING = '[connection]\nurl = "opc.tcp://127.0.0.1:1/x"\n\n[tags.T1]\nnode = "ns=2;s=T1"\n'
+
+
+@pytest.fixture
+def mapping(tmp_path: Path) -> Path:
+    path = tmp_path / "cstr.toml"
+    path.write_text(MAPPING)
+    (tmp_path / "wrong.toml").write_text(MAPPING.replace("tags.T1", "tags.NOSUCH"))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((), ("which plant",)),
+        (("cstr",), ("--link",)),
+        (("cstr", "--link", "cstr.toml"), ("--dir",)),
+        (("cstr", "--link", "none.toml", "--dir", "d"), ("none.toml",)),
+        (("cstrr", "--link", "cstr.toml", "--dir", "d", "--insecure"), ("cstrr",)),
+        (("cstr", "--link", "cstr.toml", "--dir", "d"), ("--pki",)),
+        (("cstr", "--link", "cstr.toml", "--dir", "d", "--insecure", "--operators", "no-such"), ("no-such",)),
+        (("cstr", "--link", "cstr.toml", "--dir", "d", "--insecure", "--pace", "0"), ("0.1",)),
+        (("cstr", "--link", "wrong.toml", "--dir", "d", "--insecure"), ("NOSUCH",)),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_attached_is_said_in_one_line(
+    mapping: Path, arguments: tuple[str, ...], words: tuple[str, ...]
+) -> None:
+    refused(homeostat("attach", *arguments, cwd=mapping.parent), *words)
+    assert not (mapping.parent / "d").exists()
+
+
+def test_a_directory_with_something_else_in_it_is_refused(mapping: Path) -> None:
+    (mapping.parent / "d").mkdir()
+    (mapping.parent / "d" / "notes.txt").write_text("mine")
+    arguments = ("attach", "cstr", "--link", "cstr.toml", "--dir", "d", "--insecure")
+    done = homeostat(*arguments, cwd=mapping.parent)
+    assert done.status == 2 and "'d' is not empty; choose another directory with --dir" in done.err
+
+
+def test_a_run_has_no_status(record: Path, tmp_path: Path) -> None:
+    refused(homeostat("status", str(record), cwd=tmp_path), "is a run and not an attached plant")
+    refused(homeostat("status", "nowhere", cwd=tmp_path), "nowhere")
+
+
+def test_the_unit_has_a_watchdog_and_ends_gently(tmp_path: Path) -> None:
+    done = homeostat("attach", "--print-units", cwd=tmp_path)
+    unit = configparser.ConfigParser(interpolation=None, strict=False)
+    unit.optionxform = str  # type: ignore[assignment]
+    unit.read_string(done.out)
+    service = unit["Service"]
+    assert done.status == 0 and service["Type"] == "notify" and 0 < int(service["WatchdogSec"]) <= 60
+    assert service["KillMode"] == "mixed" and int(service["TimeoutStopSec"]) > 15
+    assert service["ExecStart"].split()[1:3] == ["homeostat", "attach"] and service["Restart"] == "always"
+
+
+def test_a_service_manager_is_told_and_nobody_else_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+        manager.bind(str(tmp_path / "n"))
+        manager.settimeout(5.0)
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "n"))
+        notify = Notify()
+        assert "NOTIFY_SOCKET" not in os.environ, "processes that are begun from here tell nothing"
+        notify.tell("READY=1")
+        assert manager.recv(100) == b"READY=1"
+    notify.tell("WATCHDOG=1")  # it is gone: nothing happens
+    Notify().tell("READY=1")

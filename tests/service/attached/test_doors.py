@@ -1,0 +1,149 @@
+"""The doors of an attached plant: who may pass one has its role; whatever comes in, the guard waits for nobody."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from homeostat.domain.events.people import PersonHeard
+from homeostat.domain.mode import PersonCommand, Role, Verb
+from homeostat.journal import Journal, RunStarted
+from homeostat.service.answers import Heard
+from homeostat.service.doors import asking
+from homeostat.service.doors.door import MOST, Behind, Doors
+from homeostat.service.order import OrderError, run_identity, written
+
+
+class Hearing:
+    """What stands behind the doors: it answers at once, as a guard would in its next tick."""
+
+    def __init__(self, directory: Path) -> None:
+        self.orders: list[PersonCommand] = []
+        self.full = False
+        self.doors = Doors(directory, Behind(self.order, lambda: {"plant": "tank"}, run_identity(directory)), {})
+
+    def order(self, command: PersonCommand) -> bool:
+        if self.full:
+            return False
+        self.orders.append(command)
+        told = (command.id, command.person, command.role, command.verb.value, command.subject)
+        threading.Thread(target=self.doors.follow, args=(PersonHeard(*told, True, "as you say"), 1.0)).start()
+        return True
+
+
+@pytest.fixture
+def directory(tmp_path: Path) -> Path:
+    with Journal(tmp_path) as journal:
+        journal.record(RunStarted("tank", (), 1), 0.0)
+    return tmp_path
+
+
+@pytest.fixture
+def behind(directory: Path) -> Iterator[Hearing]:
+    hearing = Hearing(directory)
+    yield hearing
+    hearing.doors.close()
+
+
+def command(role: Role = Role.OPERATOR, number: int = 1) -> PersonCommand:
+    return PersonCommand(f"order-{number:08d}", "Ada", role, Verb.ACKNOWLEDGE, "link")
+
+
+def said(path: Path, line: bytes) -> dict[str, object]:
+    with socket.socket(socket.AF_UNIX) as door:
+        door.settimeout(20.0)
+        door.connect(str(path))
+        with contextlib.suppress(BrokenPipeError):
+            door.sendall(line)
+        told: dict[str, object] = json.loads(door.makefile().readline())
+        return told
+
+
+def test_an_order_is_answered_and_bears_the_login_that_gave_it(behind: Hearing, directory: Path) -> None:
+    assert asking.order(directory, command()) == Heard(True, "as you say")
+    (given,) = behind.orders
+    assert given.person.startswith("Ada (login ") and given.role is Role.OPERATOR and given.age_s < 30.0
+    assert asking.status(directory) == {"plant": "tank"}
+
+
+def test_both_sockets_are_for_their_owner_alone(behind: Hearing, directory: Path) -> None:
+    assert [(directory / f"{role}.sock").stat().st_mode & 0o777 for role in ("operator", "engineer")] == [0o600] * 2
+
+
+def test_a_group_may_be_let_in(directory: Path) -> None:
+    group = os.getgid()
+    doors = Doors(directory, Behind(lambda given: True, dict, run_identity(directory)), {Role.OPERATOR: group})
+    operator, engineer = ((directory / f"{role}.sock").stat() for role in ("operator", "engineer"))
+    assert (operator.st_mode & 0o777, operator.st_gid, engineer.st_mode & 0o777) == (0o660, group, 0o600)
+    doors.close()
+
+
+def test_nobody_orders_as_an_engineer_at_the_operators_door(behind: Hearing, directory: Path) -> None:
+    line = written(command(Role.ENGINEER), run_identity(directory), 0.0)
+    told = said(directory / "operator.sock", line)
+    assert told == {"error": "this is the operator's door; nobody orders as engineer here"} and not behind.orders
+    assert asking.order(directory, command(Role.ENGINEER)).done
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can become somebody else")
+def test_who_may_not_pass_a_door_is_told_so_in_one_line(behind: Hearing, directory: Path) -> None:
+    for folder in (directory, *directory.parents[:2]):
+        folder.chmod(0o755)
+    code = (
+        "import os, pathlib, sys; sys.path[:0] = sys.argv[2].split(os.pathsep); from tests.service.attached import "
+        "test_doors as t; d = pathlib.Path(sys.argv[1]); os.setgid(65534); os.setuid(65534)\n"
+        "try: t.asking.order(d, t.command())\nexcept t.OrderError as e: print(e)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(directory), os.pathsep.join(sys.path)], capture_output=True, text=True
+    )
+    assert done.stdout.startswith("you may not order as operator: ") and done.stdout.count("\n") == 1, done.stderr
+    assert not behind.orders
+
+
+@pytest.mark.parametrize("line", [b"", b"{}\n", b"[1]\n", b"\xff\xfe\n", b'{"ask":"everything"}\n', b"x" * 20_000])
+def test_whatever_comes_in_is_answered_in_one_line(behind: Hearing, directory: Path, line: bytes) -> None:
+    told = said(directory / "operator.sock", line or b"\n")
+    assert list(told) == ["error"] and not behind.orders
+    assert asking.status(directory) == {"plant": "tank"}
+
+
+def test_an_order_for_another_journal_is_refused(behind: Hearing, directory: Path) -> None:
+    told = said(directory / "operator.sock", written(command(), "0" * 64, 0.0))
+    assert "made for another run" in str(told["error"]) and not behind.orders
+
+
+def test_a_full_mailbox_is_said(behind: Hearing, directory: Path) -> None:
+    behind.full = True
+    with pytest.raises(OrderError, match="too many orders wait"):
+        asking.order(directory, command())
+
+
+def test_more_people_than_there_are_places_are_turned_away(behind: Hearing, directory: Path) -> None:
+    path, turned = directory / "operator.sock", 0
+    with contextlib.ExitStack() as opened:
+        for _ in range(MOST):
+            opened.enter_context(socket.socket(socket.AF_UNIX)).connect(str(path))
+        end = time.monotonic() + 4.0  # those who say nothing are let go after 5 s
+        while not turned and time.monotonic() < end:
+            turned += "others are being talked to" in str(said(path, b'{"ask":"status"}\n').get("error"))
+    assert turned
+    assert asking.status(directory) == {"plant": "tank"}, "those who went have made room"
+
+
+def test_where_no_service_runs_one_line_says_so(behind: Hearing, directory: Path, tmp_path: Path) -> None:
+    behind.doors.close()
+    with pytest.raises(OrderError, match=r"no service runs in .*; 'homeostat attach' with --dir"):
+        asking.status(directory)
+    with pytest.raises(OrderError, match="no service runs"):
+        asking.order(directory, command())

@@ -1,0 +1,63 @@
+"""The directory of an attached plant: held by one service, and gone on with by the same plant alone."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from homeostat.journal import Journal, RunStarted, Setting, Summary
+from homeostat.service.attached.place import AttachError, begins, first_event, hold, open_again, refuse_unfit
+
+CHOSEN = (Setting("configuration", "c" * 64), Setting("pace", 1.0))
+
+
+def attached(directory: Path, closed: bool = True) -> None:
+    with Journal(directory) as journal:
+        journal.record(first_event("tank", CHOSEN, "", ()), 0.0)
+        if closed:
+            journal.close(Summary(1, "stopped", "c" * 64))
+
+
+def test_one_directory_has_one_service(tmp_path: Path) -> None:
+    lock = hold(tmp_path / "live")
+    with pytest.raises(AttachError, match="is attached already; stop that service, or choose another --dir"):
+        hold(tmp_path / "live")
+    os.close(lock)
+    os.close(hold(tmp_path / "live"))
+
+
+def test_a_path_that_is_too_long_for_a_socket_is_refused_before_anything_is_made(tmp_path: Path) -> None:
+    with pytest.raises(AttachError, match="107 are possible; choose a shorter one"):
+        hold(tmp_path / ("x" * 120))
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_same_plant_may_go_on(tmp_path: Path) -> None:
+    attached(tmp_path)
+    refuse_unfit(tmp_path, "tank", "c" * 64)
+    open_again(tmp_path)
+    Journal.resume(tmp_path).__exit__(None, None, None)
+
+
+@pytest.mark.parametrize(("plant", "configuration"), [("tank", "d" * 64), ("cstr", "c" * 64)])
+def test_another_plant_or_configuration_may_not(tmp_path: Path, plant: str, configuration: str) -> None:
+    attached(tmp_path)
+    with pytest.raises(AttachError, match=r"choose another directory with --dir, after a look at the latch"):
+        refuse_unfit(tmp_path, plant, configuration)
+
+
+def test_a_run_is_no_attached_plant(tmp_path: Path) -> None:
+    with Journal(tmp_path) as journal:
+        journal.record(RunStarted("tank", (), 1), 0.0)
+    assert begins(tmp_path) is None
+    with pytest.raises(AttachError, match="is not empty"):
+        refuse_unfit(tmp_path, "tank", "c" * 64)
+
+
+def test_an_attached_plant_is_known_by_the_first_line(tmp_path: Path) -> None:
+    assert begins(tmp_path) is None
+    attached(tmp_path, closed=False)
+    started = begins(tmp_path)
+    assert started is not None and started.case == "tank" and started.settings["pace"] == 1.0

@@ -1,0 +1,90 @@
+"""The page of an attached plant: what lasted, what was diagnosed, and what would have been done."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from homeostat.domain.alarm import Priority
+from homeostat.domain.diagnosis import FaultState, Hypothesis
+from homeostat.domain.events.guard import GuardStarted, QualityChanged, RequestAnswered, ThinkingEnded
+from homeostat.domain.events.people import AlarmRaised, AlarmReturned, ModeEntered
+from homeostat.domain.events.recovery import Diagnosed
+from homeostat.journal import Event, Journal, read_events
+from homeostat.service.report.facts import Facts, facts_of
+from homeostat.service.report.page import page
+from tests.cli.command import homeostat, refused
+
+FAULT = Diagnosed((), (Hypothesis((FaultState("leak", 0.1, 90.0),), 0.8), Hypothesis((), 0.2)))
+COURSE: tuple[tuple[float, Event], ...] = (
+    (0.0, GuardStarted("tank", "c", "observe", "plant", False)),
+    (0.0, ModeEntered("observe", "")),
+    (10.0, AlarmRaised("link", "no sample <came>", Priority.HIGH)),
+    (30.0, AlarmReturned("link")),
+    (50.0, QualityChanged("T1", "bad", "frozen")),
+    (90.0, QualityChanged("T1", "good", "")),
+    (100.0, ModeEntered("advise", "Ada")),
+    (100.0, AlarmRaised("link", "no sample came again", Priority.HIGH)),
+    (120.0, AlarmReturned("link")),
+    (130.0, FAULT),
+    (131.0, FAULT),
+    (140.0, RequestAnswered("search-1", "search", "d", "received")),
+    (140.0, RequestAnswered("search-1", "search", "d", "advised")),
+    (150.0, ThinkingEnded(7, "killed")),
+    (200.0, QualityChanged("T1", "uncertain", "stale")),
+)
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    with Journal(tmp_path / "run") as journal:
+        for at_s, event in COURSE:
+            journal.record(event, at_s)
+    return tmp_path / "run"
+
+
+def facts(run: Path, last_s: float = math.inf) -> Facts:
+    return facts_of(read_events(run), last_s)
+
+
+def test_all_of_it(run: Path) -> None:
+    found = facts(run)
+    assert (found.plant, found.length_s) == ("tank", 200.0)
+    assert {mode: x.lasted_s for mode, x in found.modes.items()} == {"observe": 100.0, "advise": 100.0}
+    link = found.alarms["link"]
+    assert (link.times, link.lasted_s, link.longest_s, link.text) == (2, 40.0, 20.0, "no sample came again")
+    assert found.bad["T1"].lasted_s == 40.0 and found.uncertain["T1"].lasted_s == 0.0
+    ((at_s, name, probability),) = found.diagnosed  # the same again is no news
+    assert (at_s, name) == (130.0, "leak") and probability == pytest.approx(0.8)
+    assert found.asked["search-1"].status == "advised" and found.counts["deaths of thinking"] == 1
+
+
+def test_the_last_of_it_leaves_out_what_was_over_and_takes_what_lasted_from_its_begin(run: Path) -> None:
+    found = facts(run, 90.0)
+    assert (found.from_s, found.length_s) == (110.0, 90.0)
+    assert {mode: x.lasted_s for mode, x in found.modes.items()} == {"advise": 90.0}
+    assert found.alarms["link"].lasted_s == 10.0 and "T1" not in found.bad
+    assert "starts of the guard" not in found.counts and found.plant == "tank"
+
+
+def test_the_page_is_well_formed_and_says_it(run: Path) -> None:
+    text = page(facts(run))
+    ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
+    for words in ("tank: 3.3 min attached", "no sample came again", "leak", "advised", "80 %", "50.0 %", "frozen"):
+        assert words in text
+    assert page(facts(run)) == text
+
+
+def test_a_journal_without_anything_has_a_page(tmp_path: Path) -> None:
+    assert "There was none." in page(facts_of(()))
+
+
+def test_the_command_writes_it_once(run: Path, tmp_path: Path) -> None:
+    done = homeostat("report", "run", "--last", "90s", "--out", "page.html", cwd=tmp_path)
+    assert (done.status, done.err) == (0, "") and "1 alarms, 1 diagnoses, 1 requests in 90 s" in done.out
+    refused(homeostat("report", "run", "--out", "page.html", cwd=tmp_path), "--force")
+    refused(homeostat("report", "run", "--last", "soon", "--out", "p.html", cwd=tmp_path), "say 7d, 8h")
+    refused(homeostat("report", "nowhere", "--out", "p.html", cwd=tmp_path), "not a directory")
