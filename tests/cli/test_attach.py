@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import configparser
 import os
+import shutil
 import socket
 from pathlib import Path
 
@@ -14,6 +15,7 @@ pytest.importorskip("asyncua", reason="the extra 'opcua' is not installed")
 from homeostat.service.keeping.notify import Notify
 from tests.cli.command import homeostat, refused
 
+TANKS = Path(__file__).parents[2] / "examples" / "two_tanks"
 MAPPING = '[connection]\nurl = "opc.tcp://127.0.0.1:1/x"\n\n[tags.T1]\nnode = "ns=2;s=T1"\n'
 
 
@@ -44,6 +46,16 @@ def test_what_cannot_be_attached_is_said_in_one_line(
 ) -> None:
     refused(homeostat("attach", *arguments, cwd=mapping.parent), *words)
     assert not (mapping.parent / "d").exists()
+
+
+def test_a_plant_of_another_tick_is_refused(mapping: Path) -> None:
+    folder = mapping.parent / "two_tanks"
+    shutil.copytree(TANKS, folder)
+    settings = folder / "case.toml"
+    settings.write_text(settings.read_text("utf-8") + "\n[time]\ntick_s = 2.0\n", encoding="utf-8")
+    arguments = ("attach", str(folder), "--link", "cstr.toml", "--dir", "d", "--insecure")
+    done = homeostat(*arguments, cwd=mapping.parent)
+    assert done.status == 2 and "tick of 2 s" in done.err and "tick_s in [time]" in done.err
 
 
 def test_a_directory_with_something_else_in_it_is_refused(mapping: Path) -> None:
