@@ -20,7 +20,7 @@ from typing import Final
 from homeostat.evaluate.lint.checks import CHECKS, Check, Found
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.finding import Finding, Place, Severity, split
-from homeostat.evaluate.lint.stuck import answer_to, ask
+from homeostat.evaluate.lint.stuck import answer_to, ask, hangs
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.code import told
 from homeostat.plants.files.folder import BASELINES, PlantFiles, read_files
@@ -52,7 +52,7 @@ def carried_out(
 ) -> Iterator[Found]:
     """What the checks called ``names`` find in the plant in ``folder``; ``told`` hears how far they are.
 
-    One that simulates and says nothing for ``silent_s`` seconds of the wall's clock is a finding, and the last one.
+    One that simulates and says nothing while it computes for ``silent_s`` [s] is a finding, and the last one.
     """
     context = get_context("spawn")
     here, there = context.Pipe(duplex=False)
@@ -63,7 +63,7 @@ def carried_out(
         there.close()
         now, limit_s = Begun(names[0]), PATIENT_S
         try:
-            while here.poll(limit_s):
+            while not hangs(process.pid, here, limit_s):
                 said = here.recv()
                 match said:
                     case Begun():

@@ -1,4 +1,8 @@
-"""Which line of a plant's code a process hangs in: it is asked by a signal, and its frames are read from a file."""
+"""Whether a process hangs, and in which line of a plant's code.
+
+It is asked by a signal, and its frames are read from a file. A process that has too little of a busy machine is slow
+and does not hang: silence is counted by what it computes.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +10,48 @@ import faulthandler
 import os
 import re
 import signal
+import sys
 import time
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Final
 
 ASKED_S: Final = 2.0
 """Longest wait for the frames [s]."""
+HELD_UP: Final = 0.8
+"""Share of its limit that a process may compute in silence [1]: whoever starts it also takes some of the time."""
+WAITS: Final = 0.025
+"""Share of a silence that it has computed at most if it waits for something [1]."""
 _FRAME: Final = re.compile(r'^  File "(?P<file>.+)", line (?P<line>\d+) in ', re.MULTILINE)
+
+
+def hangs(pid: int | None, said: Connection, limit_s: float) -> bool:
+    """Wait until the process says something, or ends; whether it hangs instead.
+
+    So it does where it has computed for ``limit_s`` [s], or has waited as long and computed nothing.
+    """
+    began = before = computed_s(pid)
+    while not said.poll(limit_s):
+        now = computed_s(pid)
+        if now is None or began is None or before is None:  # a system that does not tell, or a process that is gone
+            return True
+        if now - began >= HELD_UP * limit_s or now - before <= WAITS * limit_s:
+            return True
+        before = now
+    return False
+
+
+def computed_s(pid: int | None) -> float | None:
+    """Processor's time of a process [s]; None where nobody tells.
+
+    Its clock has the number that Linux makes of a process's number (clock_getcpuclockid).
+    """
+    if pid is None or not sys.platform.startswith("linux"):
+        return None
+    try:
+        return time.clock_gettime((~pid << 3) | 2)
+    except OSError:
+        return None
 
 
 def answer_to(file: Path) -> None:

@@ -1,0 +1,87 @@
+"""A process hangs that computes in silence for as long as it may, or that waits; one that is slow does not."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from multiprocessing.connection import Connection
+
+import pytest
+
+from homeostat.evaluate.lint.stuck import computed_s, hangs
+
+CONTEXT = multiprocessing.get_context("fork")
+
+
+def computes(said: Connection) -> None:
+    while True:
+        pass
+
+
+def waits(said: Connection) -> None:
+    time.sleep(600.0)
+
+
+def speaks(said: Connection) -> None:
+    time.sleep(0.3)
+    said.send("here")
+    time.sleep(600.0)
+
+
+def ends(said: Connection) -> None:
+    os._exit(0)
+
+
+@contextmanager
+def begun(does: Callable[[Connection], None]) -> Iterator[tuple[int, Connection]]:
+    """A process that ``does`` something, and what it says."""
+    here, there = CONTEXT.Pipe(duplex=False)
+    process = CONTEXT.Process(target=does, args=(there,), daemon=True)
+    process.start()
+    there.close()
+    try:
+        assert process.pid is not None
+        yield process.pid, here
+    finally:
+        process.kill()
+        process.join()
+
+
+@pytest.mark.parametrize(("does", "hung"), [(computes, True), (waits, True), (speaks, False), (ends, False)])
+def test_whether_a_process_hangs(does: Callable[[Connection], None], hung: bool) -> None:
+    with begun(does) as (pid, said):
+        assert hangs(pid, said, 1.0) is hung
+
+
+def test_a_process_that_gets_a_part_of_the_machine_has_its_time_all_the_same() -> None:
+    """It runs for a tenth of the time: 1 s of its own is over after 8 s or more."""
+    with begun(computes) as (pid, said):
+        over = threading.Event()
+
+        def hold_up() -> None:
+            while not over.is_set():
+                os.kill(pid, signal.SIGSTOP)
+                time.sleep(0.09)
+                os.kill(pid, signal.SIGCONT)
+                time.sleep(0.01)
+
+        holding = threading.Thread(target=hold_up)
+        holding.start()
+        began = time.monotonic()
+        try:
+            assert hangs(pid, said, 0.5)
+        finally:
+            over.set()
+            holding.join()
+        assert time.monotonic() - began > 2.0
+
+
+def test_nobody_tells_what_a_process_that_is_gone_has_computed() -> None:
+    assert computed_s(None) is None
+    own = computed_s(os.getpid())
+    assert own is not None and own > 0.0
