@@ -59,7 +59,7 @@ def test_it_observes_writes_nothing_and_stops_without_moving_the_plant(reactor: 
             "is attached already",
         )  # fmt: skip
         shown = homeostat("status", str(live), cwd=live.parent)
-        assert shown.status == 0 and "observe; observe was asked for by nobody" in shown.out
+        assert shown.status == 0 and "observe; nobody has asked for another one" in shown.out
         assert attached.order("mode", "approve", "--role", "operator")[0] == 3
         assert attached.order("in-service", "T1.sp", "--out", "--reason", "repair")[0] == 0
         assert attached.status["out_of_service"] == ["T1.sp"]

@@ -30,13 +30,13 @@ def lines(told: Mapping[str, Any]) -> Iterator[str]:
     """What is shown of ``told``, line by line, what a person needs first at the front."""
     mode, link, thinking, ticks = (told[name] for name in ("mode", "link", "thinking", "ticks"))
     yield _row("plant", f"{told['plant']}, configuration {told['configuration'][:12]}")
-    asked = f"{mode['requested']} was asked for by {mode['by'] or 'nobody'}"
+    asked = f"{mode['requested']} was asked for by {mode['by']}" if mode["by"] else "nobody has asked for another one"
     yield _row("mode", f"{mode['actual']}; {asked}{'; ' + mode['why'] if mode['why'] else ''}")
     at = "no sample has come yet" if told["now_s"] is None else f"{told['state']}, at {told['now_s']:.0f} s"
     yield _row("state", at)
     if told["latched"]:
         yield _row("latched", told["latched"])
-    yield _row("link", link["trouble"] or f"up, the plant's clock is {link['clock_s']:+.1f} s from ours")
+    yield _row("link", link["trouble"] or f"up, the plant's clock is {link['clock_s']:+z.1f} s from ours")
     gone = f"; the last one: {thinking['reason']}" if thinking["reason"] else ""
     number = thinking["process"]
     yield _row("thinking", f"{'none' if number is None else f'process {number}'}{gone}")
