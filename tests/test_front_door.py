@@ -196,7 +196,7 @@ def test_events_of_what_is_no_type_are_refused_in_one_line(run: hs.Run, wrong: A
     ("name", "words"),
     [
         ("my_reactor", ("unknown plant 'my_reactor'", "installed: cstr", "a folder is named by its path")),
-        ("own", ("unknown plant 'own'", "installed: cstr", "for the folder 'own' write './own'")),
+        ("own", ("own/case.toml: 'title' is missing",)),
         ("ctsr", ("unknown plant 'ctsr'; did you mean 'cstr'?", "installed: cstr, mixing_module")),
         ("./nowhere", ("unknown plant './nowhere': there is no folder '", "/nowhere'; correct the path", "installed:")),
         ("./empty", ("unknown plant './empty': the folder '", "/empty' has no case.toml; give the folder of a plant")),

@@ -67,14 +67,14 @@ def test_a_plant_that_is_not_recorded_runs_alike_and_has_no_truth() -> None:
         silent.truth()
 
 
-def test_there_is_no_truth_before_the_first_second() -> None:
-    with pytest.raises(ValueError, match="nothing is recorded before the first second"):
+def test_there_is_no_truth_before_the_first_tick() -> None:
+    with pytest.raises(ValueError, match="nothing is recorded before the first tick"):
         process().truth()
 
 
 def test_a_plant_that_breaks_has_ended() -> None:
-    subject = SimulatedLink(process(100.0, (FaultState("leak", 1.5, 40.0),)))
-    with pytest.raises(ProcessError, match="left the physical world at t = 41 s"):
+    subject = SimulatedLink(process(100.0, (FaultState("fouling", -1e6, 40.0),)))
+    with pytest.raises(ProcessError, match="left the physical world at t = 48 s"):
         read(subject, 100)
     assert subject.ended
     with pytest.raises(PlantEnded):
