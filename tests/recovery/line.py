@@ -22,6 +22,7 @@ from homeostat.domain.plant.prices import Price, Prices, prices_of
 from homeostat.domain.plant.production import Production
 from homeostat.domain.plant.rules import GuardRules, QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.plant.state_machine import SetpointRange, State, StateMachine, Transition
+from homeostat.domain.plant.timing import REFERENCE
 from homeostat.domain.ports import Clock, Ticket
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot, Trajectory
@@ -155,6 +156,8 @@ def _fed(actions: ActionSet, before: float) -> float:
 
 class LineTwin:
     """What a twin offers to simulation and release check, over the same straight line; two members, equal weights."""
+
+    timing = REFERENCE
 
     def __init__(self, heating: float = 0.1) -> None:
         self.heating = heating
