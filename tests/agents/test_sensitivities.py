@@ -47,6 +47,7 @@ class Line:
 
     heating: tuple[float, ...] = (0.1,)
     broken: bool = False
+    horizon: int = HORIZON
 
     def __post_init__(self) -> None:
         self.settings = SimpleNamespace(judged_draws=6, horizon_s=HORIZON)

@@ -100,7 +100,7 @@ FELL = FallbackActivated("isolate", (), "too hot")
     ],
 )
 def test_what_ends_the_time_of_watching(later: tuple[Line, ...], end_s: float, expected: tuple[float, Ending]) -> None:
-    assert _ending(later, 1000.0, end_s) == expected
+    assert _ending(later, 1000.0, end_s, WATCHED_S) == expected
 
 
 # --- a run that begins with one ----------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     own = (
         "from homeostat.plants.cstr.process import REACTOR\n"
         "from homeostat.process.blocks.composed import ComposedModel\n"
-        "def Own(): return ComposedModel(REACTOR, {}, (), __name__)\n"
+        "def Own(): return ComposedModel(REACTOR, {}, (), home=__name__)\n"
     )
     (package / "process.py").write_text(own, "utf-8")
     (package / "true" / "plant.py").write_text(TRUE, "utf-8")

@@ -32,7 +32,7 @@ class Counted:
 
     def __init__(self, twin: Twin) -> None:
         self._twin = twin
-        self.settings = twin.settings
+        self.settings, self.horizon = twin.settings, twin.horizon
         self.tried: list[int] = []
 
     def ensemble(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose) -> Any:
