@@ -67,6 +67,7 @@ def test_a_writer_that_is_killed_three_times_loses_nothing() -> None:
     deaths(3, seed=1)
 
 
+@pytest.mark.wide
 @pytest.mark.slow
 def test_a_writer_that_is_killed_twenty_times_loses_nothing() -> None:
     deaths(20, seed=2)

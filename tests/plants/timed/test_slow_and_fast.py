@@ -94,6 +94,7 @@ def test_a_picture_tells_hours_as_hours(learned: Learned) -> None:
         assert axis.get_xlabel() == "Process time [s]"
 
 
+@pytest.mark.wide
 def test_a_deep_check_finds_nothing_that_is_due_to_time(learned: Learned, tmp_path: Path) -> None:
     told = homeostat("plant", "check", str(learned.folder), "--deep", cwd=tmp_path)
     assert told.status == 0 and ": clean" in told.out, told.out

@@ -129,6 +129,7 @@ def test_a_lost_connection_leaves_the_mode_at_observe(reactor: Reactor, live: Pa
         assert attached.interrupt() == 0
 
 
+@pytest.mark.wide
 def test_in_advise_what_would_be_released_is_shown_and_nothing_reaches_the_plant(reactor: Reactor, live: Path) -> None:
     with Attached(reactor, live) as attached:
         attached.waits_for(thinks, "thinking")
@@ -140,6 +141,7 @@ def test_in_advise_what_would_be_released_is_shown_and_nothing_reaches_the_plant
     assert reactor.commands == [] and verify(live).complete
 
 
+@pytest.mark.wide
 def test_in_closed_loop_a_fault_is_recovered_from_over_the_wire(reactor: Reactor, live: Path) -> None:
     with Attached(reactor, live) as attached:
         attached.waits_for(thinks, "thinking")
