@@ -1,7 +1,7 @@
 """What a plant says about its twin."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from homeostat.stl.formula import Expression
 
@@ -47,6 +47,8 @@ class TwinSettings:
     """Share of cases in which what explains the readings best is not what is wrong, however well it does so [1]."""
     lag_error_s: float = 0.0
     """By how much actuators and instruments may be slower than the model's, standard deviation [s]."""
+    damping: Mapping[str, float] = field(default_factory=dict)
+    """Variable -> time constant of its transmitter's own filter [s]; one that has none is not named."""
     balances: tuple[Balance, ...] = ()
     """What may be disturbed by what nobody knows of."""
     unknown_growth: float = 0.2

@@ -149,6 +149,7 @@ class TwinTable(Table):
         Annotated[float, within(0.0, 0.4, "(probability)", "a twin that misleads more often is of no use")] | None
     ) = None
     lag_error_s: Annotated[float, ticks(0, 30, "a twin that lags by more is of no use")] | None = None
+    damping: dict[Name, Annotated[float, ticks(0, 30, "a transmitter that is slower shows no fault in time")]] = {}
     balances: dict[Name, BalanceTable] = {}
     unknown_growth: Annotated[float, within(0.0, 10.0, "(fraction)", "it is a share of a size")] | None = None
     lead_s: Stretch | None = None

@@ -9,11 +9,12 @@ normal errors and without the bound this is r' (I + D D')^-1 r.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from homeostat.process.batch import ProcessError, tick_of
+from homeostat.process.equipment import lag_share
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Cube, Table, Vec
 from homeostat.twin.calibration import Posterior
@@ -58,6 +59,8 @@ class Accuracy:
     """Share of what a reading has moved by to which that is predicted at best [1]."""
     lag_s: float = 0.0
     """By how much actuators and instruments may lag behind the model's [s]; 0 where none does."""
+    damping: Mapping[str, float] = field(default_factory=dict)
+    """Variable -> time constant of its transmitter's own filter [s], which the model does not have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +104,12 @@ class Evidence:
         self.model, self.carrier, self.window, self.posterior = model, carrier, window, posterior
         self.variables = tuple(accuracy.errors)
         noise, bias = np.array(list(accuracy.errors.values())).T
+        tick_s = tick_of(model.kernel)
+        self._damped = {
+            j: lag_share(accuracy.damping[v], tick_s)
+            for j, v in enumerate(self.variables)
+            if accuracy.damping.get(v, 0.0) > 0.0
+        }
         self._seen = np.stack([window.readings[v][1:] for v in self.variables], axis=1)
         noise = np.maximum(noise, observed_noise(self._seen))
         moved = self._seen - np.mean(self._seen[:SETTLED], axis=0)
@@ -119,14 +128,24 @@ class Evidence:
 
     def whiten(self, change: Cube) -> Table:
         """Changes of readings, shape (n, ticks, variables), in standard deviations, shape (n, readings)."""
-        return np.asarray(change * self._weight).reshape(len(change), self._weight.size)
+        return np.asarray(self._through_filters(change.copy()) * self._weight).reshape(len(change), self._weight.size)
+
+    def _through_filters(self, shown: Cube) -> Cube:
+        """``shown``, shape (n, ticks, variables), as it comes through the transmitters' filters; changed in place."""
+        for j, share in self._damped.items():
+            now = shown[:, 0, j].copy()
+            for tick in range(1, shown.shape[1]):
+                now += share * (shown[:, tick, j] - now)
+                shown[:, tick, j] = now
+        return shown
 
     def residuals(self, sets: Sequence[FaultSet]) -> Table:
         """Readings minus what each of ``sets`` predicts, in standard deviations, shape (sets, readings)."""
         members = np.tile(self.posterior.mean, (len(sets), 1))
         run = replay(self.model, self.window, members, self.carrier.carry(sets, self.window), self.variables)
         # In place: what was predicted may be tens of megabytes.
-        misfit = np.subtract(self._seen, run.predicted, out=run.predicted)
+        predicted = self._through_filters(run.predicted)
+        misfit = np.subtract(self._seen, predicted, out=predicted)
         misfit *= self._weight  # a reading that was not there says nothing
         return misfit.reshape(len(sets), -1)
 

@@ -94,7 +94,7 @@ class FaultIsolation:
 
     def __init__(self, model: ProcessModel, plant: PlantDescription, carrier: Carrier, settings: TwinSettings) -> None:
         self._model, self._plant, self._carrier, self._settings = model, plant, carrier, settings
-        self._accuracy = Accuracy(settings.errors, settings.gain_error, settings.lag_error_s)
+        self._accuracy = Accuracy(settings.errors, settings.gain_error, settings.lag_error_s, settings.damping)
         self._size_error = SizeError(settings.size_error, settings.least_size_error)
         sensors = {s.component: s.variable for s in plant.signals if s.relation is Relation.MEASURES}
         self._calibrated = {p.symbol: sensors[p.component] for p in plant.parameters if p.component in sensors}
