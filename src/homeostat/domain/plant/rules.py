@@ -9,7 +9,7 @@ from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.plant.timing import REFERENCE, Timing
 from homeostat.domain.recovery import FallbackStrategy, Step
-from homeostat.stl.formula import Formula
+from homeostat.stl.formula import Expression, Formula
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +46,9 @@ class TripRule:
     """Largest correction of a reading under which the carrier may lift the trip, in the margin's unit; 0 for none."""
     lift_s: float = 0.0
     """Longest time for which it may be lifted [s]."""
+    fastest: Expression | None = None
+    """How fast the process can make the margin fall as it is now, in the margin's unit per second; None where nobody
+    says. One that has fallen faster is not believed for the grace time where something carries the limit."""
 
 
 @dataclass(frozen=True, slots=True)

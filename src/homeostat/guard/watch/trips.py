@@ -18,6 +18,7 @@ from homeostat.domain.plant.rules import GuardRules, TripRule
 from homeostat.domain.ports import GuardEvent
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.fallback.trial import Trial
+from homeostat.guard.watch.falls import Falls
 from homeostat.guard.watch.jumps import Jumps
 from homeostat.guard.watch.start_up import StartUpPhase
 from homeostat.stl.formula import Formula
@@ -74,6 +75,9 @@ class _Watched:
     best: float = 0.0
     lifted_s: float = 0.0
     lifting: bool = False
+    uncarried: float = 0.0
+    uncarried_s: float = 0.0
+    fell_until_s: float = -math.inf
 
 
 class TripWatch:
@@ -93,6 +97,7 @@ class TripWatch:
         self._limits = {limit.name: limit for limit in rules.limits.hard}
         self._trips = {name: rules.trips.get(name, TripRule(name)) for name in self._limits}
         self._watched = {name: _Watched() for name in self._limits}
+        self._falls = {name: Falls(trip.fastest, self._tick_s) for name, trip in self._trips.items()}
         self._errors: tuple[Errors, ...] = ({},)
         self._fresh = False
         self._at_s = math.inf
@@ -171,6 +176,7 @@ class TripWatch:
                 watched = self._watched[name]
                 watched.raw, watched.corrected, watched.violated = 0.0, 0.0, False
                 watched.disputed = False
+                self._falls[name].forget()
         self._starting = starting
 
     def _in_force(self, name: str) -> Limit:
@@ -182,8 +188,11 @@ class TripWatch:
         said = _margin(limit.watched, values)
         blind = _blind(limit, rule, watched, said, dt_s)
         uncertain = not math.isnan(said) and readings is not None and bool(limit.formula.tags & readings.uncertain)
-        watched.doubted_s = _used(watched.doubted_s, dt_s, rule.grace_s, uncertain)
-        doubted = math.isnan(said) or (uncertain and watched.doubted_s <= rule.grace_s)
+        if self._falls[name].take(said, values):
+            watched.fell_until_s = now_s + rule.grace_s
+        open_ = uncertain or (said < 0.0 and now_s < watched.fell_until_s)
+        watched.doubted_s = _used(watched.doubted_s, dt_s, rule.grace_s, open_)
+        doubted = math.isnan(said) or (open_ and watched.doubted_s <= rule.grace_s)
         if not doubted:
             contradicted = said > 0.0 and rule.carrier is not None and _margin(rule.carrier, values) < 0.0
             watched.refuted_s = _used(watched.refuted_s, dt_s, self._refuted_s, contradicted)
@@ -204,9 +213,10 @@ class TripWatch:
         if math.isfinite(counted):
             watched.corrected = _cumulated(watched.corrected, counted, counted_s, rule.cusum)
         size = max(explained) - (raw if math.isnan(said) else said)
-        lifted = watched.raw > rule.cusum and self._may_lift(rule, watched, size, explained, readings)
-        held = watched.corrected > rule.cusum and unjumped >= 0.0
-        held = held and self._may_hold(rule, watched, said - told, said, readings)
+        carries = self._carries(rule, watched, readings, dt_s)
+        lifted = carries and watched.raw > rule.cusum and self._may_lift(rule, watched, size, explained)
+        held = carries and watched.corrected > rule.cusum and unjumped >= 0.0
+        held = held and self._may_hold(rule, watched, said - told, said)
         if lifted or held:
             self._lift(rule, watched, now_s, dt_s)
         trips = (watched.corrected > rule.cusum and not held) or (watched.raw > rule.cusum and not lifted)
@@ -273,28 +283,35 @@ class TripWatch:
         margins = [_corrected(rule.carrier, readings.values, errors) for errors in ({}, *self._errors)]
         return None if any(map(math.isnan, margins)) else min(margins)
 
-    def _may_lift(
-        self, rule: TripRule, watched: _Watched, size: float, explained: tuple[float, ...], readings: Snapshot | None
-    ) -> bool:
-        """Whether a correction of this ``size`` may keep a reading from tripping: only where something carries it."""
+    def _carries(self, rule: TripRule, watched: _Watched, readings: Snapshot | None, dt_s: float) -> bool:
+        """Whether something carries the limit, so that a trip may be lifted or go on being so.
+
+        While one is lifted, a wild reading of what carries the limit ends that as little as one of the limit's own
+        would trip: it may be blind for the grace time, and its violations add up as those of the limit do.
+        """
+        carried = self._carried(rule, readings)
+        if not watched.lifting:
+            watched.uncarried = watched.uncarried_s = 0.0
+            return carried is not None and carried >= 0.0
+        watched.uncarried_s = _used(watched.uncarried_s, dt_s, rule.grace_s, carried is None)
+        if carried is not None:
+            counted_s = min(dt_s, LONGEST * self._tick_s)
+            watched.uncarried = _cumulated(watched.uncarried, carried, counted_s, rule.cusum)
+        return watched.uncarried_s <= rule.grace_s and watched.uncarried <= rule.cusum
+
+    def _may_lift(self, rule: TripRule, watched: _Watched, size: float, explained: tuple[float, ...]) -> bool:
+        """Whether a correction of this ``size`` may keep a reading from tripping while something carries its limit."""
         refuted = all(self._errors)  # an empty mapping says that the readings may be right as they are
         bounded = size <= rule.lift and watched.lifted_s < rule.lift_s
-        if not refuted or not bounded or min(explained) < 0.0:
-            return False
-        carried = self._carried(rule, readings)
-        return carried is not None and carried >= 0.0
+        return refuted and bounded and min(explained) >= 0.0
 
-    def _may_hold(self, rule: TripRule, watched: _Watched, size: float, said: float, readings: Snapshot | None) -> bool:
+    def _may_hold(self, rule: TripRule, watched: _Watched, size: float, said: float) -> bool:
         """Whether a violation that a correction of this ``size`` alone shows may wait: reading and carrier refute it.
 
         An error that has ended is corrected for until recovery has noticed. What has tripped waits for nothing.
         """
-        if watched.violated or not (
-            said >= 0.0 and watched.raw <= rule.cusum and size <= rule.lift and watched.lifted_s < rule.lift_s
-        ):
-            return False
-        carried = self._carried(rule, readings)
-        return carried is not None and carried >= 0.0
+        bounded = size <= rule.lift and watched.lifted_s < rule.lift_s
+        return not watched.violated and said >= 0.0 and watched.raw <= rule.cusum and bounded
 
     def _lift(self, rule: TripRule, watched: _Watched, now_s: float, dt_s: float) -> None:
         if not watched.lifting and rule.carrier is not None:

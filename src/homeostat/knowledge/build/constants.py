@@ -14,7 +14,7 @@ from homeostat.stl.formula import FormulaError, parse, parse_expression
 from homeostat.stl.text import render
 
 _CONDITIONS: Final = (HS.formula, HS.startUpFormula, HS.carrierFormula, HS.settledWhen, UML.transitionGuard)
-_EXPRESSIONS: Final = (HS.featureExpression, HS.accumulationExpression)
+_EXPRESSIONS: Final = (HS.featureExpression, HS.accumulationExpression, HS.fastestFallExpression)
 
 
 @dataclass(frozen=True, slots=True)

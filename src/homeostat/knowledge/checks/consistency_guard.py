@@ -7,8 +7,9 @@ from homeostat.domain.plant.limits import Limit, LimitKind
 from homeostat.domain.plant.rules import TripRule
 from homeostat.domain.plant.tag import Role
 from homeostat.knowledge.checks.consistency_rules import judged, momentary, ranges_of, violable
+from homeostat.knowledge.checks.intervals import span
 from homeostat.knowledge.store.error import Code, Found
-from homeostat.stl.formula import Formula
+from homeostat.stl.formula import Expression, Formula
 
 
 def trips(plant: PlantDescription) -> Found:
@@ -29,6 +30,8 @@ def trips(plant: PlantDescription) -> Found:
             yield from _seen(plant, f"limit {name!r}", hard[name].formula)
             if rule.carrier is not None:
                 yield from _carrier(plant, thing, hard[name], rule.carrier)
+            if rule.fastest is not None:
+                yield from _fastest(plant, thing, hard[name], rule.fastest)
         yield from _lift(thing, rule)
 
 
@@ -48,6 +51,18 @@ def _carrier(plant: PlantDescription, thing: str, limit: Limit, carrier: Formula
     for tag in sorted(carrier.tags & _dependent(plant, limit)):
         message = f"its carrier reads {tag!r}, which is what it should stand in for; use another instrument"
         yield Code.CARRIER_READS_LIMIT, thing, message
+
+
+def _fastest(plant: PlantDescription, thing: str, limit: Limit, fastest: Expression) -> Found:
+    """A margin that may fall as fast as it likes is believed at once, and one that may not fall at all never is."""
+    for tag in sorted(fastest.tags - plant.qualities.keys()):
+        message = f"reads {tag!r}, but no row of the quality table says when its reading may be believed; add one"
+        yield Code.READING_NOT_RATED, thing, message
+    if not fastest.tags - plant.qualities.keys():
+        _, most = span(fastest.root, ranges_of(plant))
+        if not most > 0.0:
+            message = f"fastest '{fastest}' is never more than {most:g} {limit.formula.unit}/s; no reading is believed"
+            yield Code.BAD_NUMBER, thing, message
 
 
 def _dependent(plant: PlantDescription, limit: Limit) -> frozenset[str]:

@@ -63,6 +63,7 @@ def trips(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag], timing:
             carrier=entry.optional_formula("carrier", tags),
             lift=bounded_number(entry, "lift"),
             lift_s=bounded_number(entry, "lift_s", timing),
+            fastest=entry.optional_expression("fastest", tags),
         )
         for entry in unique(entries(store, "plant_trips", "trip of limit", system))
     }

@@ -263,6 +263,7 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     largestLift: NamedNode
     liftTime: NamedNode
     tripLead: NamedNode
+    fastestFallExpression: NamedNode
     tolerance: NamedNode
     confirmTime: NamedNode
     permittedRate: NamedNode

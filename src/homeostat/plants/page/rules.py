@@ -154,6 +154,8 @@ def _trip(limit: Limit, plant: PlantDescription) -> list[str]:
     told += [f"after {number(rule.grace_s)} s undecided" if rule.grace_s else "at once when undecided"]
     if rule.carrier is not None:
         told.append(element("span", "carried meanwhile by ", code(rule.carrier.text)))
+    if rule.fastest is not None:
+        told.append(element("span", "not at once where it falls faster than ", code(rule.fastest.text)))
     if rule.lift:
         told.append(f"may be lifted by {quantity(rule.lift, unit)} for {number(rule.lift_s)} s")
     return told

@@ -42,6 +42,7 @@ class Trip(cells.TableRow):
     lift: cells.Size
     lift_s: Annotated[float, cells.seconds("lift_s", "no trip is lifted for longer")]
     lead: cells.OptionalSize = None
+    fastest: cells.OptionalTerm = None
     description: cells.Text
 
     @model_validator(mode="after")
@@ -51,6 +52,9 @@ class Trip(cells.TableRow):
             raise cells.CellError(Code.LIFT_WITHOUT_CARRIER, message)
         if self.lift > 0.0 and self.carrier is None:
             message = f"lift {self.lift:g} needs a carrier: nothing carries the limit meanwhile; state one, or lift 0"
+            raise cells.CellError(Code.LIFT_WITHOUT_CARRIER, message)
+        if self.fastest is not None and self.carrier is None:
+            message = "fastest needs a carrier: nothing carries the limit while its reading is not believed; state one"
             raise cells.CellError(Code.LIFT_WITHOUT_CARRIER, message)
         return self
 
