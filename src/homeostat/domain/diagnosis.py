@@ -1,5 +1,6 @@
 """Diagnosis: features, symptoms, faults, hypotheses (DIN ISO 17359)."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -110,6 +111,8 @@ class Effect:
     """Whether it grows from nothing at the onset, and severity is per second."""
     capacity: Expression | None = None
     """What a balance holds per unit of its state, over tags: severity divided by it is the state's rate; None for 1."""
+    most: float = math.inf
+    """Largest severity that there can be: nothing on site brings or takes more."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,5 +1,6 @@
 """What a plant says about its twin."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -24,6 +25,8 @@ class Balance:
     """A large disturbance, in ``unit``."""
     only_lost: bool = False
     """Whether it can only be lost to where nobody knows: what comes in comes through what the tables have."""
+    most: float = math.inf
+    """The largest disturbance that there can be, in ``unit``: nothing on site brings or takes more."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ WORST_TICKS: Final = 0.5
 """The worst violation that instruments can show trips in half a tick, and a tenth of it in 5 ticks."""
 SCALE_TICKS: Final = 20.0
 """A violation by one scale of the limit's tags trips in so many ticks."""
-LARGEST_LIFT: Final = 0.1
+LARGEST_LIFT: Final = 0.15
 """Share of what a limit's reading can vary by that a correction may take from it [1]."""
 LARGEST_LEAD: Final = 0.5
 """Share of the largest margin of a limit that instruments can show at which it may trip before it is violated [1]."""

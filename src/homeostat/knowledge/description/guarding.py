@@ -21,7 +21,7 @@ TIMES_S: Final[Mapping[str, tuple[float, float]]] = {
     "frozen_s": (3.0, 60.0),
     "grace_s": (0.0, 60.0),
     "confirm_s": (1.0, 60.0),
-    "lift_s": (0.0, 600.0),
+    "lift_s": (0.0, 1800.0),
     "start_up_s": (1.0, 86_400.0),
     "acts_within_s": (3.0, 600.0),
 }

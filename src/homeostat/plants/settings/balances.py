@@ -1,5 +1,6 @@
 """Balances of a plant's settings: what may be disturbed by what nobody knows of."""
 
+import math
 from collections.abc import Iterable, Mapping
 
 from homeostat.domain.plant.description import PlantDescription
@@ -24,7 +25,7 @@ def read_balances(
         _refuse_unknown(where, "component", table.component, (c.name for c in plant.components))
         capacity = _capacity(where, table.capacity, plant)
         own = table.quantity, table.component, table.unit, capacity, table.large, table.only_lost
-        found.append(Balance(state, *own))
+        found.append(Balance(state, *own, most=math.inf if table.most is None else table.most))
     return tuple(found)
 
 

@@ -127,6 +127,15 @@ class BalanceTable(Table):
     capacity: Text
     large: Annotated[float, within(1e-12, 1e12, "(the balance's unit)", "a large disturbance is more than none")]
     only_lost: bool = False
+    most: Annotated[float, within(1e-12, 1e12, "(the balance's unit)", "nothing can bring less than nothing")] | None = (
+        None
+    )
+
+    @model_validator(mode="after")
+    def _most_is_large(self) -> BalanceTable:
+        if self.most is not None and self.most < self.large:
+            raise ValueError(f"most = {self.most:g} {self.unit} is less than large = {self.large:g} {self.unit}")
+        return self
 
 
 class TwinTable(Table):

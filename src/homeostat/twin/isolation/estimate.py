@@ -114,6 +114,8 @@ class Estimation:
 
     def _best(self, modes: Mapping[float, FaultMode], rows: Indices, change: Table) -> _Linear:
         any_mode = next(iter(modes.values()))
+        effect = any_mode.effect
+        assert effect is not None
         mean, spread = self._prior.of_size(any_mode, rows)
         along = change @ self._evidence.directions
         gain = np.einsum("ij,ij->i", change, change) - np.einsum("ij,ij->i", along @ self._evidence.inner, along)
@@ -121,6 +123,7 @@ class Estimation:
         size = (change @ self._freed / TEMPER + mean / spread**2) / precision
         if 0.0 not in modes:
             size = np.where(np.isin(np.sign(size), list(modes)), size, 0.0)
+        size = np.clip(size, -effect.most, effect.most)
         hopeful = np.argsort(-(size**2 * precision))[:SHORTLIST]
         loss, _ = self._evidence.losses(self._residual - size[hopeful, None] * change[hopeful])
         score = -0.5 * loss / TEMPER - self._prior.cost_of_size(any_mode, size[hopeful], rows[hopeful])

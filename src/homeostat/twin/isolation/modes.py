@@ -81,7 +81,7 @@ def _of_balance(balance: Balance, horizon_s: float) -> Iterator[FaultMode]:
     lost = balance.only_lost
     both = Range(0.0 if lost else -SEVERAL * balance.large, SEVERAL * balance.large)
     sign, words = (-1.0, f"unknown loss of {balance.quantity}") if lost else (1.0, f"unknown {balance.quantity}")
-    effect = Effect(EffectKind.BALANCE, balance.state, sign, capacity=balance.capacity)
+    effect = Effect(EffectKind.BALANCE, balance.state, sign, capacity=balance.capacity, most=balance.most)
     words = f"{words} in {where}"
     yield _mode(name, words, where, balance.unit, both, effect, unknown=True)
     both = Range(both.low / horizon_s, both.high / horizon_s)

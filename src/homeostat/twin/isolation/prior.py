@@ -1,5 +1,6 @@
 """Prior: how likely a fault mode is before anything is seen, and of what size."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -38,6 +39,11 @@ class Size:
     def nats(self, size: float) -> float:
         """What it costs that the fault is of another ``size`` now [nats]."""
         return float(size_nats(np.array((size - self.likeliest) / self.sd)))
+
+
+def _most(mode: FaultMode) -> float:
+    """Largest size of a generated mode that there can be, in its unit."""
+    return math.inf if mode.effect is None else mode.effect.most
 
 
 class Prior:
@@ -88,7 +94,8 @@ class Prior:
         mean, spread = self.of_size(mode, rows)
         relative = (sizes - mean) / spread
         seen = spread < mode.severity_nominal  # what its own reading has jumped by is no guess
-        return np.where(seen, 0.5 * relative**2, size_nats(relative))
+        cost = np.where(seen, 0.5 * relative**2, size_nats(relative))
+        return np.where(np.abs(sizes) > _most(mode), np.inf, cost)
 
     def of_name(self, fault: FaultMode, mode: FaultMode, state: FaultState) -> float:
         """What ``state`` of a generated ``mode`` gains by being the ``fault`` of the tables that is this mode [nats].
