@@ -75,7 +75,6 @@ class _Watched:
     best: float = 0.0
     lifted_s: float = 0.0
     lifting: bool = False
-    uncarried: float = 0.0
     uncarried_s: float = 0.0
     fell_until_s: float = -math.inf
 
@@ -190,9 +189,11 @@ class TripWatch:
         uncertain = not math.isnan(said) and readings is not None and bool(limit.formula.tags & readings.uncertain)
         if self._falls[name].take(said, values):
             watched.fell_until_s = now_s + rule.grace_s
-        open_ = uncertain or (said < 0.0 and now_s < watched.fell_until_s)
-        watched.doubted_s = _used(watched.doubted_s, dt_s, rule.grace_s, open_)
-        doubted = math.isnan(said) or (open_ and watched.doubted_s <= rule.grace_s)
+        fell = said < 0.0 and now_s < watched.fell_until_s
+        # Where what carries the limit says the same, the reading is believed.
+        unbelieved = uncertain or (fell and rule.carrier is not None and _margin(rule.carrier, values) >= 0.0)
+        watched.doubted_s = _used(watched.doubted_s, dt_s, rule.grace_s, unbelieved)
+        doubted = math.isnan(said) or (unbelieved and watched.doubted_s <= rule.grace_s)
         if not doubted:
             contradicted = said > 0.0 and rule.carrier is not None and _margin(rule.carrier, values) < 0.0
             watched.refuted_s = _used(watched.refuted_s, dt_s, self._refuted_s, contradicted)
@@ -284,20 +285,15 @@ class TripWatch:
         return None if any(map(math.isnan, margins)) else min(margins)
 
     def _carries(self, rule: TripRule, watched: _Watched, readings: Snapshot | None, dt_s: float) -> bool:
-        """Whether something carries the limit, so that a trip may be lifted or go on being so.
+        """Whether something carries the limit; while a trip is lifted, that may be blind for the grace time.
 
-        While one is lifted, a wild reading of what carries the limit ends that as little as one of the limit's own
-        would trip: it may be blind for the grace time, and its violations add up as those of the limit do.
+        Otherwise one wild reading of what carries it would be a trip.
         """
         carried = self._carried(rule, readings)
-        if not watched.lifting:
-            watched.uncarried = watched.uncarried_s = 0.0
-            return carried is not None and carried >= 0.0
-        watched.uncarried_s = _used(watched.uncarried_s, dt_s, rule.grace_s, carried is None)
-        if carried is not None:
-            counted_s = min(dt_s, LONGEST * self._tick_s)
-            watched.uncarried = _cumulated(watched.uncarried, carried, counted_s, rule.cusum)
-        return watched.uncarried_s <= rule.grace_s and watched.uncarried <= rule.cusum
+        watched.uncarried_s = _used(watched.uncarried_s, dt_s, rule.grace_s, watched.lifting and carried is None)
+        if carried is None:
+            return watched.lifting and watched.uncarried_s <= rule.grace_s
+        return carried >= 0.0
 
     def _may_lift(self, rule: TripRule, watched: _Watched, size: float, explained: tuple[float, ...]) -> bool:
         """Whether a correction of this ``size`` may keep a reading from tripping while something carries its limit."""
