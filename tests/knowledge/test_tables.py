@@ -222,7 +222,7 @@ ABSURD = [
     ("trips", {"cusum": "-8"}, Code.BAD_NUMBER, "cusum: '-8' is outside 0 to 1e+09"),
     ("trips", {"grace_s": "3600"}, Code.BAD_NUMBER, "nobody may be blind for longer"),
     ("trips", {"lift": "6", "lift_s": "0"}, Code.LIFT_WITHOUT_CARRIER, "lifts nothing"),
-    ("trips", {"lift": "6", "lift_s": "3600"}, Code.BAD_NUMBER, "outside 0 to 600 s"),
+    ("trips", {"lift": "6", "lift_s": "3600"}, Code.BAD_NUMBER, "outside 0 to 1800 s"),
     ("writables", {"confirm_s": "0"}, Code.BAD_NUMBER, "outside 1 to 60 s"),
     ("writables", {"confirm_s": "0.5"}, Code.BAD_NUMBER, "it is read back a tick later"),
     ("fallback_limits", {"acts_within_s": "1e-9"}, Code.BAD_NUMBER, "outside 3 to 600 s: it takes three readings"),
