@@ -401,3 +401,40 @@ def test_a_carrier_is_refuted_where_it_alone_says_that_the_limit_is_violated(
     w = Watch()
     assert [w.judge(hot(t, tx)) for _ in range(70)] == [()] * 70
     assert w.judge(hot(math.nan, 321.0)) == (() if refuted else ("LIM-HOT",))
+
+
+def being_lifted(w: Watch) -> Watch:
+    """The reading is 5 K high, which a diagnosis says; its trip is lifted from the fifth tick on."""
+    w.watch.correct(({"T": 5.0},))
+    assert [w.judge(hot(315.0)) for _ in range(6)] == [()] * 6
+    return w
+
+
+def test_while_a_trip_is_lifted_what_carries_it_may_be_blind_for_the_grace_time() -> None:
+    w = being_lifted(Watch())
+    assert [w.judge(hot(315.0), uncertain="Tx") for _ in range(7)] == [()] * 6 + [("LIM-HOT",)]
+
+
+def test_the_time_in_which_it_may_be_blind_comes_back_no_faster_than_it_was_used() -> None:
+    w = being_lifted(Watch())
+    assert [w.judge(hot(315.0), uncertain="Tx") for _ in range(4)] == [()] * 4
+    assert [w.judge(hot(315.0)) for _ in range(2)] == [()] * 2
+    assert [w.judge(hot(315.0), uncertain="Tx") for _ in range(5)] == [()] * 4 + [("LIM-HOT",)]
+
+
+def test_what_is_blind_lifts_nothing() -> None:
+    w = Watch()
+    w.watch.correct(({"T": 5.0},))
+    assert [w.judge(hot(315.0), uncertain="Tx") for _ in range(5)] == [()] * 4 + [("LIM-HOT",)]
+
+
+def test_what_says_that_the_limit_is_violated_ends_a_lift_at_once() -> None:
+    assert being_lifted(Watch()).judge(hot(315.0, HOT_BY_BALANCE)) == ("LIM-HOT",)
+
+
+def test_time_that_was_blind_before_a_lift_is_not_used_up() -> None:
+    w = Watch()
+    for _ in range(20):
+        w.judge(hot(310.0), uncertain="Tx")
+    w = being_lifted(w)
+    assert [w.judge(hot(315.0), uncertain="Tx") for _ in range(7)] == [()] * 6 + [("LIM-HOT",)]
