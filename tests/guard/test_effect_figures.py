@@ -11,7 +11,7 @@ import pytest
 
 from homeostat.domain.recovery import Effect
 from homeostat.guard.fallback.effect import EffectWatch
-from homeostat.guard.watch.trips import Violation
+from homeostat.guard.watch.violations import Violation
 from tests.guard.vessel import DRAIN
 
 NAN = math.nan

@@ -58,7 +58,7 @@ def test_the_rate_is_per_second_whatever_the_tick() -> None:
 
 @pytest.mark.parametrize(("size", "falls"), [(2.4, False), (3.4, True)])
 def test_what_noise_makes_is_taken_off(size: float, falls: bool) -> None:
-    """By hand: 0.5 K of scatter are 4.5 * 1.3 * 0.5 * (1/3 + 1/5)^0.5 = 2.14 K of two means, and 0.8 K are the rate's."""
+    """By hand: 0.5 K of scatter are 4.5 * 1.3 * 0.5 * (1/3 + 1/5)^0.5 = 2.14 K of two means; 0.8 K are the rate's."""
     watched = Falls(SLOW, 1.0)
     for k in range(SETTLED + 1):
         assert not watched.take(3.0 + (0.5 if k % 2 else -0.5), {})

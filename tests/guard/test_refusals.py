@@ -26,7 +26,7 @@ from homeostat.guard.requests.verification import (
     verify,
     verify_start,
 )
-from homeostat.guard.watch.trips import Violation
+from homeostat.guard.watch.violations import Violation
 from tests.guard.oracle import KEY as KEY_OF_ADVERSARY
 from tests.guard.oracle import sealed
 from tests.guard.spoils import forged

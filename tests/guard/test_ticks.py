@@ -11,7 +11,7 @@ from homeostat.domain.recovery import Effect
 from homeostat.guard.fallback.effect import EffectWatch
 from homeostat.guard.pace import Pace
 from homeostat.guard.settings import GuardSettings
-from homeostat.guard.watch.trips import Violation
+from homeostat.guard.watch.violations import Violation
 from homeostat.recovery.bounds import Budget
 from tests.guard.test_trips import RULE, Watch, hot
 from tests.guard.vessel import DRAIN

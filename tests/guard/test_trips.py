@@ -428,8 +428,17 @@ def test_what_is_blind_lifts_nothing() -> None:
     assert [w.judge(hot(315.0), uncertain="Tx") for _ in range(5)] == [()] * 4 + [("LIM-HOT",)]
 
 
-def test_what_says_that_the_limit_is_violated_ends_a_lift_at_once() -> None:
-    assert being_lifted(Watch()).judge(hot(315.0, HOT_BY_BALANCE)) == ("LIM-HOT",)
+def test_what_carries_a_lifted_limit_ends_that_as_the_limit_itself_would_trip() -> None:
+    """It is violated by 0.5 K, 8 K s are allowed: by hand, the 17th tick trips. 5 K take two."""
+    for tx, ticks in ((HOT_BY_BALANCE, 17), (316.5, 2)):
+        w = being_lifted(Watch())
+        assert [w.judge(hot(315.0, tx)) for _ in range(ticks)] == [()] * (ticks - 1) + [("LIM-HOT",)]
+
+
+def test_one_noisy_reading_of_what_carries_a_lifted_limit_ends_nothing() -> None:
+    w = being_lifted(Watch())
+    for k in range(12):
+        assert w.judge(hot(315.0, 312.5 if k % 3 == 0 else 311.0)) == ()
 
 
 def test_time_that_was_blind_before_a_lift_is_not_used_up() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from homeostat.guard.watch.falls import Falls
 from tests.plants.cstr.reactor import MODEL, TABLES, VARIABLES, Run, S, batch, inputs, parameters, run
 from tests.plants.watching import Readings, described, mistaken, trips_after, worst_sum
 
@@ -119,6 +120,40 @@ def test_the_balance_carries_nothing_where_the_reactor_is_truly_too_hot(
     true, holds = faulty.record[:, 800:, S.T], carried(faulty)[:, 800:]
     assert (true > 313.0).any() and not (holds & (true > 314.0)).any()
     assert (holds & (true > 313.0)).mean() <= 0.02
+
+
+def fallen(found: Run, since_s: int) -> list[int]:
+    """Members in which the margin of the temperature falls faster than the tables permit from ``since_s`` [s] on."""
+    shown = {tag: values[:, STARTED_S:] for tag, values in readings(found).items()}
+    (limit,) = (each for each in PLANT.limits.hard if each.name == "LIM-T-HIGH")
+    seen = []
+    for member, series in enumerate(limit.watched.margins(shown, 1.0)):
+        falls = Falls(TRIP.fastest, 1.0)
+        for k, margin in enumerate(series.tolist()):
+            values = {tag: float(column[member, k]) for tag, column in shown.items()}
+            if falls.take(margin, values) and k + STARTED_S >= since_s:
+                seen.append(member)
+                break
+    return seen
+
+
+@pytest.mark.parametrize("fault", PROCESS_FAULTS)
+def test_no_fault_of_the_process_makes_the_temperature_fall_faster_than_it_can(fault: str) -> None:
+    faulty = run(batch(1500, members=3, faults={fault: (PROCESS_FAULTS[fault], 800.0)}, process=1.0, sensor=1.0))
+    assert fallen(faulty, 800) == []
+
+
+def test_a_transmitter_that_jumps_does() -> None:
+    lying = run(batch(1000, members=3, faults={"temp_bias": (5.0, 800.0)}, process=1.0, sensor=1.0))
+    assert fallen(lying, 800) == [0, 1, 2]
+
+
+def test_a_saturated_valve_carries_a_reactor_whose_transmitter_jumped() -> None:
+    """By 8 K: control cools as far as it can; the balance with half the jacket still keeps the limit, nearly always."""
+    lying = run(batch(2500, members=3, faults={"temp_bias": (8.0, 1000.0)}, process=1.0, sensor=1.0))
+    assert TRIP.fallen is not None
+    margins = TRIP.fallen.margins(readings(lying), 1.0)[:, 1000:]
+    assert (margins >= 0.0).mean() >= 0.97 and carried(lying)[:, 1000:].mean() < 0.9
 
 
 def test_the_balance_sees_cooling_water_that_is_too_warm() -> None:

@@ -49,6 +49,8 @@ class TripRule:
     fastest: Expression | None = None
     """How fast the process can make the margin fall as it is now, in the margin's unit per second; None where nobody
     says. One that has fallen faster is not believed for the grace time where something carries the limit."""
+    fallen: Formula | None = None
+    """What carries the limit instead where its margin has fallen so: what rises slowly has no part in that."""
 
 
 @dataclass(frozen=True, slots=True)

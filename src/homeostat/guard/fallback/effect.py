@@ -15,7 +15,8 @@ from homeostat.domain.events.trips import EffectFollowed
 from homeostat.domain.plant.timing import REFERENCE, Timing
 from homeostat.domain.recovery import Effect, FallbackStrategy
 from homeostat.guard.fallback.trial import Passed
-from homeostat.guard.watch.trips import LONGEST, Violation
+from homeostat.guard.watch.trips import LONGEST
+from homeostat.guard.watch.violations import Violation
 
 SURE = 3.0
 """Standard errors by which a margin must rise."""

@@ -7,7 +7,7 @@ from homeostat.guard.fallback.effect import EffectWatch
 from homeostat.guard.fallback.latch import Latch
 from homeostat.guard.fallback.trial import Trial
 from homeostat.guard.parts import Parts
-from homeostat.guard.watch.trips import Violation
+from homeostat.guard.watch.violations import Violation
 
 
 class Response:

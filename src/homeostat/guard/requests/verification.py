@@ -19,7 +19,7 @@ from homeostat.domain.verdict import Finding
 from homeostat.guard.requests.permissives import permissive_findings, refusal
 from homeostat.guard.requests.seal import genuine
 from homeostat.guard.texts import LONGEST, LONGEST_NAME, brief, fits, said
-from homeostat.guard.watch.trips import Violation
+from homeostat.guard.watch.violations import Violation
 
 MOST = 100
 """Most commands, steps or transitions that one part of a request may have."""

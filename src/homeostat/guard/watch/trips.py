@@ -21,6 +21,7 @@ from homeostat.guard.fallback.trial import Trial
 from homeostat.guard.watch.falls import Falls
 from homeostat.guard.watch.jumps import Jumps
 from homeostat.guard.watch.start_up import StartUpPhase
+from homeostat.guard.watch.violations import Errors, Violation, corrected_margin, margin_of, violation
 from homeostat.stl.formula import Formula
 
 NEAR = 0.5
@@ -37,25 +38,6 @@ COMES_BACK_S = 60.0
 reference [s]."""
 MOST = 100
 """Most explanations that a correction may have."""
-
-Errors = Mapping[str, float]
-"""Tag -> reading minus truth, in the tag's unit."""
-
-
-@dataclass(frozen=True, slots=True)
-class Violation:
-    """One hard limit that is violated, or that cannot be judged any more."""
-
-    limit: str
-    """Name of the limit."""
-    margin: float
-    """Margin of the limit, in ``unit``, positive where it trips sooner; NaN where it cannot be judged."""
-    unit: str
-    """Unit of the margin."""
-    reason: str
-    """One sentence."""
-    jumped: bool = False
-    """Whether it is violated only if a reading that has jumped was right before: no diagnosis knows of it."""
 
 
 @dataclass(slots=True)
@@ -75,7 +57,9 @@ class _Watched:
     best: float = 0.0
     lifted_s: float = 0.0
     lifting: bool = False
+    uncarried: float = 0.0
     uncarried_s: float = 0.0
+    fell: bool = False
     fell_until_s: float = -math.inf
 
 
@@ -145,10 +129,10 @@ class TripWatch:
         found = []
         for name, watched in self._watched.items():
             limit = self._in_force(name)
-            margin = _margin(limit.watched, readings.values)
+            margin = margin_of(limit.watched, readings.values)
             used = max(watched.raw, 0.0 if watched.disputed else watched.corrected)
             if math.isnan(margin) or (not watched.lifting and used > NEAR * self._trips[name].cusum):
-                found.append(_violation(limit, margin))
+                found.append(violation(limit, margin))
         return tuple(found)
 
     def above(self, readings: Snapshot) -> tuple[Violation, ...]:
@@ -158,9 +142,9 @@ class TripWatch:
             limit = self._in_force(name)
             values = readings.values
             explained = () if watched.disputed else self._explained(limit, values)
-            margin = min([_margin(limit.watched, values), *explained, *self._unjumped(limit, values)])
+            margin = min([margin_of(limit.watched, values), *explained, *self._unjumped(limit, values)])
             if margin < 0.0 and not watched.lifting:
-                found.append(_violation(limit, margin))
+                found.append(violation(limit, margin))
         return tuple(found)
 
     def _change(self, starting: bool) -> None:
@@ -184,24 +168,20 @@ class TripWatch:
     def _judge(self, name: str, readings: Snapshot | None, now_s: float, dt_s: float) -> Violation | None:
         watched, rule, limit = self._watched[name], self._trips[name], self._in_force(name)
         values = {} if readings is None else readings.values
-        said = _margin(limit.watched, values)
+        said = margin_of(limit.watched, values)
         blind = _blind(limit, rule, watched, said, dt_s)
         uncertain = not math.isnan(said) and readings is not None and bool(limit.formula.tags & readings.uncertain)
-        if self._falls[name].take(said, values):
-            watched.fell_until_s = now_s + rule.grace_s
-        fell = said < 0.0 and now_s < watched.fell_until_s
-        # Where what carries the limit says the same, the reading is believed.
-        unbelieved = uncertain or (fell and rule.carrier is not None and _margin(rule.carrier, values) >= 0.0)
+        unbelieved = uncertain or self._has_fallen(watched, rule, said, values, now_s)
         watched.doubted_s = _used(watched.doubted_s, dt_s, rule.grace_s, unbelieved)
         doubted = math.isnan(said) or (unbelieved and watched.doubted_s <= rule.grace_s)
         if not doubted:
-            contradicted = said > 0.0 and rule.carrier is not None and _margin(rule.carrier, values) < 0.0
+            contradicted = said > 0.0 and rule.carrier is not None and margin_of(rule.carrier, values) < 0.0
             watched.refuted_s = _used(watched.refuted_s, dt_s, self._refuted_s, contradicted)
         # What carries a limit takes back nothing that its readings have shown.
-        carried = self._carried(rule, readings) if doubted and watched.refuted_s <= self._refuted_s else None
+        carried = self._carried(rule, watched, readings) if doubted and watched.refuted_s <= self._refuted_s else None
         raw = said if carried is None else min(carried, 0.0)
         if math.isnan(raw):  # a violated limit has not come back because nobody sees it any more
-            return blind or (_violation(limit, raw) if watched.violated else None)
+            return blind or (violation(limit, raw) if watched.violated else None)
         explained = self._explained(limit, values) or (raw,)
         told, unjumped = min(explained), min(self._unjumped(limit, values), default=math.inf)
         if self._fresh and watched.lifting and not watched.violated and min(said, told, unjumped) >= 0.0:
@@ -217,12 +197,13 @@ class TripWatch:
         carries = self._carries(rule, watched, readings, dt_s)
         lifted = carries and watched.raw > rule.cusum and self._may_lift(rule, watched, size, explained)
         held = carries and watched.corrected > rule.cusum and unjumped >= 0.0
-        held = held and self._may_hold(rule, watched, said - told, said)
+        held = held and watched.uncarried == 0.0 and self._may_hold(rule, watched, said - told, said)
         if lifted or held:
             self._lift(rule, watched, now_s, dt_s)
         trips = (watched.corrected > rule.cusum and not held) or (watched.raw > rule.cusum and not lifted)
         over = max(watched.raw, watched.corrected) > 0.0
         watched.violated = trips or (watched.violated and over and not lifted)
+        watched.fell = watched.fell and (over or now_s < watched.fell_until_s)
         if watched.lifting and not over:
             watched.lifting = False
             self._note(TripLiftEnded(name, watched.lifted_s), now_s)
@@ -230,7 +211,7 @@ class TripWatch:
 
     def _told(self, limit: Limit, raw: float, corrected: float, values: Mapping[str, float]) -> Violation:
         """The violation, and which reading has jumped where it is violated only if that was right before."""
-        found = _violation(limit, min(raw, corrected))
+        found = violation(limit, min(raw, corrected))
         unjumped = min(self._unjumped(limit, values), default=math.inf)
         if not unjumped < 0.0 <= min((raw, *self._explained(limit, values))):
             return found
@@ -266,7 +247,7 @@ class TripWatch:
 
     def _explained(self, limit: Limit, values: Mapping[str, float]) -> tuple[float, ...]:
         """Margin of ``limit`` under every explanation that refutes a reading, where it can be judged."""
-        margins = (_corrected(limit.watched, values, errors) for errors in self._errors if errors)
+        margins = (corrected_margin(limit.watched, values, errors) for errors in self._errors if errors)
         return tuple(m for m in margins if not math.isnan(m))
 
     def _unjumped(self, limit: Limit, values: Mapping[str, float]) -> tuple[float, ...]:
@@ -274,26 +255,42 @@ class TripWatch:
         jumped = self._jumps.errors
         if jumped.keys().isdisjoint(limit.formula.tags):
             return ()
-        margin = _corrected(limit.watched, values, jumped)
+        margin = corrected_margin(limit.watched, values, jumped)
         return () if math.isnan(margin) else (margin,)
 
-    def _carried(self, rule: TripRule, readings: Snapshot | None) -> float | None:
+    def _has_fallen(
+        self, watched: _Watched, rule: TripRule, said: float, values: Mapping[str, float], now_s: float
+    ) -> bool:
+        """Whether a violation came faster than the process can, and what carries the limit says that there is none."""
+        if self._falls[rule.limit].take(said, values):
+            watched.fell, watched.fell_until_s = True, now_s + rule.grace_s
+        carrier = _carrier(rule, watched)
+        came = said < 0.0 and now_s < watched.fell_until_s
+        return came and carrier is not None and margin_of(carrier, values) >= 0.0
+
+    def _carried(self, rule: TripRule, watched: _Watched, readings: Snapshot | None) -> float | None:
         """Least margin of what carries the limit under any explanation; None where nothing does, or not now."""
-        if self._starting or rule.carrier is None or readings is None or rule.carrier.tags & readings.uncertain:
+        carrier = _carrier(rule, watched)
+        if self._starting or carrier is None or readings is None or carrier.tags & readings.uncertain:
             return None
-        margins = [_corrected(rule.carrier, readings.values, errors) for errors in ({}, *self._errors)]
+        margins = [corrected_margin(carrier, readings.values, errors) for errors in ({}, *self._errors)]
         return None if any(map(math.isnan, margins)) else min(margins)
 
     def _carries(self, rule: TripRule, watched: _Watched, readings: Snapshot | None, dt_s: float) -> bool:
-        """Whether something carries the limit; while a trip is lifted, that may be blind for the grace time.
+        """Whether something carries the limit, so that a trip may be lifted or go on being so.
 
-        Otherwise one wild reading of what carries it would be a trip.
+        While one is, a noisy reading of what carries the limit ends that as little as one of the limit's own trips: it
+        may be blind for the grace time, and its violations add up as those of the limit do.
         """
-        carried = self._carried(rule, readings)
+        carried = self._carried(rule, watched, readings)
         watched.uncarried_s = _used(watched.uncarried_s, dt_s, rule.grace_s, watched.lifting and carried is None)
-        if carried is None:
-            return watched.lifting and watched.uncarried_s <= rule.grace_s
-        return carried >= 0.0
+        if not watched.lifting:
+            watched.uncarried = 0.0
+            return carried is not None and carried >= 0.0
+        if carried is not None:
+            counted_s = min(dt_s, LONGEST * self._tick_s)
+            watched.uncarried = _cumulated(watched.uncarried, carried, counted_s, rule.cusum)
+        return watched.uncarried_s <= rule.grace_s and watched.uncarried <= rule.cusum
 
     def _may_lift(self, rule: TripRule, watched: _Watched, size: float, explained: tuple[float, ...]) -> bool:
         """Whether a correction of this ``size`` may keep a reading from tripping while something carries its limit."""
@@ -310,10 +307,16 @@ class TripWatch:
         return not watched.violated and said >= 0.0 and watched.raw <= rule.cusum and bounded
 
     def _lift(self, rule: TripRule, watched: _Watched, now_s: float, dt_s: float) -> None:
-        if not watched.lifting and rule.carrier is not None:
+        carrier = _carrier(rule, watched)
+        if not watched.lifting and carrier is not None:
             watched.lifting = True
-            self._note(TripLifted(rule.limit, rule.carrier.text, now_s + rule.lift_s - watched.lifted_s), now_s)
+            self._note(TripLifted(rule.limit, carrier.text, now_s + rule.lift_s - watched.lifted_s), now_s)
         watched.lifted_s += dt_s
+
+
+def _carrier(rule: TripRule, watched: _Watched) -> Formula | None:
+    """What carries the limit, as its margin came down."""
+    return rule.fallen if watched.fell and rule.fallen is not None else rule.carrier
 
 
 def _blind(limit: Limit, rule: TripRule, watched: _Watched, said: float, dt_s: float) -> Violation | None:
@@ -336,33 +339,3 @@ def _used(before_s: float, dt_s: float, grace_s: float, uses: bool) -> float:
 def _cumulated(before: float, margin: float, dt_s: float, most: float) -> float:
     """The cumulative sum after ``dt_s`` more at ``margin``; it stops a little above what trips, so that it can fall."""
     return min(max(0.0, before - margin * dt_s), most + (most or 1.0))
-
-
-def _margin(formula: Formula, values: Mapping[str, float]) -> float:
-    """Margin at ``values``; NaN where it is undecided, or the formula is none for one point."""
-    try:
-        return formula.margin_at(values)
-    except Exception:  # one broken rule must not keep the others from being watched
-        return math.nan
-
-
-def _corrected(formula: Formula, values: Mapping[str, float], errors: Errors) -> float:
-    """Margin at ``values`` without ``errors``."""
-    if errors.keys().isdisjoint(formula.tags):
-        return _margin(formula, values)
-    return _margin(formula, {tag: value - errors.get(tag, 0.0) for tag, value in values.items()})
-
-
-def _violation(limit: Limit, watched: float) -> Violation:
-    """What ``watched``, the margin to where ``limit`` trips in its unit, says of it; the margin told is the limit's."""
-    name, text, unit, margin = limit.name, repr(limit.formula.text), limit.formula.unit, watched + limit.lead
-    if math.isnan(margin):
-        return Violation(name, margin, unit, f"{text} cannot be judged now ({name})")
-    if watched < 0.0 <= margin:
-        lead = f"it trips {limit.lead:.4g} {unit} before it is violated"
-        return Violation(name, margin, unit, f"{text} holds by no more than {margin:.4g} {unit}; {lead} ({name})")
-    if margin >= 0.0:
-        return Violation(
-            name, margin, unit, f"{text} was violated and holds by no more than {margin:.4g} {unit} ({name})"
-        )
-    return Violation(name, margin, unit, f"{text} is violated by {-margin:.4g} {unit} ({name})")

@@ -13,7 +13,14 @@ from homeostat.stl.constants import filled
 from homeostat.stl.formula import FormulaError, parse, parse_expression
 from homeostat.stl.text import render
 
-_CONDITIONS: Final = (HS.formula, HS.startUpFormula, HS.carrierFormula, HS.settledWhen, UML.transitionGuard)
+_CONDITIONS: Final = (
+    HS.formula,
+    HS.startUpFormula,
+    HS.carrierFormula,
+    HS.fallenCarrierFormula,
+    HS.settledWhen,
+    UML.transitionGuard,
+)
 _EXPRESSIONS: Final = (HS.featureExpression, HS.accumulationExpression, HS.fastestFallExpression)
 
 

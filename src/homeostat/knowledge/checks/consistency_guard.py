@@ -28,8 +28,8 @@ def trips(plant: PlantDescription) -> Found:
             yield Code.UNKNOWN_LIMIT, thing, "is not a hard limit, so it cannot trip; remove the row or make it hard"
         else:
             yield from _seen(plant, f"limit {name!r}", hard[name].formula)
-            if rule.carrier is not None:
-                yield from _carrier(plant, thing, hard[name], rule.carrier)
+            for carrier in filter(None, (rule.carrier, rule.fallen)):
+                yield from _carrier(plant, thing, hard[name], carrier)
             if rule.fastest is not None:
                 yield from _fastest(plant, thing, hard[name], rule.fastest)
         yield from _lift(thing, rule)
@@ -98,6 +98,7 @@ def _rules(plant: PlantDescription) -> Iterator[tuple[str, Formula]]:
     """What the guard judges on readings, with its name for messages."""
     yield from ((f"limit {limit.name!r}", limit.formula) for limit in plant.limits.limits)
     yield from ((f"trip of limit {name!r}", r.carrier) for name, r in sorted(plant.trips.items()) if r.carrier)
+    yield from ((f"trip of limit {name!r}", r.fallen) for name, r in sorted(plant.trips.items()) if r.fallen)
     yield from ((f"start-up limit {name!r}", r.formula) for name, r in sorted(plant.start_up.limits.items()))
     yield from ((f"transition {t.name!r}", t.guard) for t in plant.machine.transitions)
 

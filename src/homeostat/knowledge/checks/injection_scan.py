@@ -25,7 +25,14 @@ LONGEST: Final = 1500
 """Longest text that an engineer writes; the longest comment in the published graphs has 1202 [characters]."""
 SHOWN: Final = 80
 """Characters of a text that are shown."""
-_FORMULAS: Final = (HS.formula, HS.settledWhen, HS.equationText, HS.carrierFormula, HS.startUpFormula)
+_FORMULAS: Final = (
+    HS.formula,
+    HS.settledWhen,
+    HS.equationText,
+    HS.carrierFormula,
+    HS.fallenCarrierFormula,
+    HS.startUpFormula,
+)
 _EXPRESSIONS: Final = (HS.featureExpression, HS.accumulationExpression, HS.fastestFallExpression, UML.transitionGuard)
 FORMAL: Final = frozenset(term.value for term in (*_FORMULAS, *_EXPRESSIONS, HS.sha256))
 """Properties whose values are formulas or digests: no prose, and whatever else stands there is a problem already."""

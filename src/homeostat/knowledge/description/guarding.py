@@ -64,6 +64,7 @@ def trips(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag], timing:
             lift=bounded_number(entry, "lift"),
             lift_s=bounded_number(entry, "lift_s", timing),
             fastest=entry.optional_expression("fastest", tags),
+            fallen=entry.optional_formula("fallen", tags),
         )
         for entry in unique(entries(store, "plant_trips", "trip of limit", system))
     }

@@ -264,6 +264,7 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     liftTime: NamedNode
     tripLead: NamedNode
     fastestFallExpression: NamedNode
+    fallenCarrierFormula: NamedNode
     tolerance: NamedNode
     confirmTime: NamedNode
     permittedRate: NamedNode

@@ -156,6 +156,8 @@ def _trip(limit: Limit, plant: PlantDescription) -> list[str]:
         told.append(element("span", "carried meanwhile by ", code(rule.carrier.text)))
     if rule.fastest is not None:
         told.append(element("span", "not at once where it falls faster than ", code(rule.fastest.text)))
+    if rule.fallen is not None:
+        told.append(element("span", "carried then by ", code(rule.fallen.text)))
     if rule.lift:
         told.append(f"may be lifted by {quantity(rule.lift, unit)} for {number(rule.lift_s)} s")
     return told

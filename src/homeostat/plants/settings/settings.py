@@ -127,9 +127,9 @@ class BalanceTable(Table):
     capacity: Text
     large: Annotated[float, within(1e-12, 1e12, "(the balance's unit)", "a large disturbance is more than none")]
     only_lost: bool = False
-    most: Annotated[float, within(1e-12, 1e12, "(the balance's unit)", "nothing can bring less than nothing")] | None = (
-        None
-    )
+    most: (
+        Annotated[float, within(1e-12, 1e12, "(the balance's unit)", "nothing can bring less than nothing")] | None
+    ) = None
 
     @model_validator(mode="after")
     def _most_is_large(self) -> BalanceTable:

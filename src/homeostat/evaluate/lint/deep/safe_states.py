@@ -15,7 +15,7 @@ from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.course import Course
 from homeostat.evaluate.lint.finding import Finding, Severity
 from homeostat.guard.fallback.effect import EffectWatch
-from homeostat.guard.watch.trips import Violation
+from homeostat.guard.watch.violations import Violation
 from homeostat.plants.assembly import fallbacks
 
 LATE: Final = 3.0

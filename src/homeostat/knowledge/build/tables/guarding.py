@@ -43,6 +43,7 @@ class Trip(cells.TableRow):
     lift_s: Annotated[float, cells.seconds("lift_s", "no trip is lifted for longer")]
     lead: cells.OptionalSize = None
     fastest: cells.OptionalTerm = None
+    fallen: cells.OptionalCondition = None
     description: cells.Text
 
     @model_validator(mode="after")
@@ -55,6 +56,9 @@ class Trip(cells.TableRow):
             raise cells.CellError(Code.LIFT_WITHOUT_CARRIER, message)
         if self.fastest is not None and self.carrier is None:
             message = "fastest needs a carrier: nothing carries the limit while its reading is not believed; state one"
+            raise cells.CellError(Code.LIFT_WITHOUT_CARRIER, message)
+        if self.fallen is not None and self.fastest is None:
+            message = "fallen needs fastest: nobody says when a reading came faster than the process can; state it"
             raise cells.CellError(Code.LIFT_WITHOUT_CARRIER, message)
         return self
 

@@ -13,7 +13,10 @@ FOLDER: Final = "engineering"
 """Where the tables are in a plant's folder."""
 OPTIONAL: Final = frozenset({"prices"})
 """Tables that a plant's folder may lack, which is as if they had no row."""
-OPTIONAL_COLUMNS: Final[Mapping[str, frozenset[str]]] = {"faults": frozenset({"mode"}), "trips": frozenset({"fastest"})}
+OPTIONAL_COLUMNS: Final[Mapping[str, frozenset[str]]] = {
+    "faults": frozenset({"mode"}),
+    "trips": frozenset({"fastest", "fallen"}),
+}
 """Table -> columns that it may lack, which is as if they had empty cells."""
 SHORT: Final = frozenset({"guards", "instruments", "streams"})
 """Tables from which rows of others follow; the mapping reads none of them."""

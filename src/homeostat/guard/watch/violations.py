@@ -1,0 +1,58 @@
+"""Violations: by how much a hard limit is kept or violated at one moment, and what is said of it."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from homeostat.domain.plant.limits import Limit
+from homeostat.stl.formula import Formula
+
+Errors: TypeAlias = Mapping[str, float]
+"""Tag -> reading minus truth, in the tag's unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """One hard limit that is violated, or that cannot be judged any more."""
+
+    limit: str
+    """Name of the limit."""
+    margin: float
+    """Margin of the limit, in ``unit``, positive where it trips sooner; NaN where it cannot be judged."""
+    unit: str
+    """Unit of the margin."""
+    reason: str
+    """One sentence."""
+    jumped: bool = False
+    """Whether it is violated only if a reading that has jumped was right before: no diagnosis knows of it."""
+
+
+def margin_of(formula: Formula, values: Mapping[str, float]) -> float:
+    """Margin at ``values``; NaN where it is undecided, or the formula is none for one point."""
+    try:
+        return formula.margin_at(values)
+    except Exception:  # one broken rule must not keep the others from being watched
+        return math.nan
+
+
+def corrected_margin(formula: Formula, values: Mapping[str, float], errors: Errors) -> float:
+    """Margin at ``values`` without ``errors``."""
+    if errors.keys().isdisjoint(formula.tags):
+        return margin_of(formula, values)
+    return margin_of(formula, {tag: value - errors.get(tag, 0.0) for tag, value in values.items()})
+
+
+def violation(limit: Limit, watched: float) -> Violation:
+    """What ``watched``, the margin to where ``limit`` trips in its unit, says of it; the margin told is the limit's."""
+    name, text, unit, margin = limit.name, repr(limit.formula.text), limit.formula.unit, watched + limit.lead
+    if math.isnan(margin):
+        return Violation(name, margin, unit, f"{text} cannot be judged now ({name})")
+    if watched < 0.0 <= margin:
+        lead = f"it trips {limit.lead:.4g} {unit} before it is violated"
+        return Violation(name, margin, unit, f"{text} holds by no more than {margin:.4g} {unit}; {lead} ({name})")
+    if margin >= 0.0:
+        return Violation(
+            name, margin, unit, f"{text} was violated and holds by no more than {margin:.4g} {unit} ({name})"
+        )
+    return Violation(name, margin, unit, f"{text} is violated by {-margin:.4g} {unit} ({name})")
