@@ -6,12 +6,13 @@ import "uplot/dist/uPlot.min.css";
 import "./console.css";
 import { EpisodeCard } from "./card";
 import { OverviewLine } from "./overview";
+import { Freshness } from "./fresh";
 import { Flowsheet, Indicators } from "./plant";
-import { ask, type Line, type Moment, type Run } from "./told";
+import { SPEEDS, usePlayer, type Player } from "./player";
+import { ask, type Line, type Run } from "./told";
 import { TrendChart } from "./trends";
 import { moment, span } from "./words";
 
-const SPEEDS = [1, 5, 10, 30, 60, 300, 1000];
 const BACKS: [number, string][] = [[600, "10 min"], [1800, "30 min"], [7200, "2 h"], [1e6, "all"]];
 
 function useTheme(): [string, () => void] {
@@ -25,75 +26,21 @@ function useTheme(): [string, () => void] {
   }];
 }
 
-interface Player { now: Moment | null; playing: boolean; speed: number; lost: boolean;
-  seek: (at: number) => void; toggle: () => void; quicken: (by: number) => void; choose: (speed: number) => void }
-
-// Moments come from the server while it plays, one by one where it is paused. What has not changed is not sent again.
-function usePlayer(run: Run | null): Player {
-  const [now, setNow] = useState<Moment | null>(null);
-  const [playing, setPlaying] = useState(false);
-  const [speed, setSpeed] = useState(10);
-  const [lost, setLost] = useState(false);
-  const [from, setFrom] = useState(0);
-  const latest = useRef(0), asked = useRef(0);
-  const take = useCallback((m: Moment) => {
-    latest.current = m.at_s;
-    setNow((old) => (m.overview || !old ? m : { ...m, overview: old.overview, card: old.card }));
-  }, []);
-  const look = useCallback(async (at: number) => {
-    const mine = ++asked.current;
-    latest.current = at;
-    try {
-      const m = await ask<Moment>("/api/moment", { at });
-      if (mine === asked.current) { setLost(false); take(m); }
-    } catch { setLost(true); }
-  }, [take]);
-  const begun = useRef(false), known = run !== null;
-  useEffect(() => {
-    if (!run || begun.current) return;
-    begun.current = true;
-    const hash = Number(location.hash.replace("#t=", ""));
-    const begin = Number.isFinite(hash) && location.hash ? hash
-      : run.live ? run.last_s : run.decided_s ?? run.begins_s ?? run.last_s;
-    void look(begin);
-    setFrom(begin);
-    setPlaying(run.live);
-    if (run.live) setSpeed(1000); // as fast as it comes
-  }, [run]);
-  useEffect(() => {
-    if (!playing || !known) return;
-    const stream = new EventSource(`/api/stream?at=${from}&speed=${speed}`);
-    stream.onmessage = (e) => { setLost(false); take(JSON.parse(e.data) as Moment); };
-    stream.onerror = () => setLost(true);
-    stream.addEventListener("end", () => { stream.close(); setPlaying(false); });
-    return () => stream.close();
-  }, [playing, speed, from, known]);
-  const seek = (at: number) => {
-    const to = Math.min(Math.max(0, at), run?.last_s ?? 0);
-    if (playing) { latest.current = to; setFrom(to); } else void look(to);
-  };
-  const toggle = () => { setFrom(latest.current); setPlaying(!playing); };
-  const choose = (s: number) => { setFrom(latest.current); setSpeed(s); };
-  const quicken = (by: number) => {
-    const near = SPEEDS.findIndex((s) => s >= speed);
-    choose(SPEEDS[Math.min(SPEEDS.length - 1, Math.max(0, near + by))]!);
-  };
-  return { now, playing, speed, lost, seek, toggle, quicken, choose };
-}
-
 function Transport({ run, player, theme, turn }: { run: Run; player: Player; theme: string; turn: () => void }) {
   const at = player.now?.at_s ?? 0, last = Math.max(run.last_s, at);
   return (
     <nav class="transport" aria-label="Replay">
-      <button type="button" onClick={player.toggle} aria-pressed={player.playing} title="Space">{player.playing ? "❚❚ Pause" : "▶ Play"}</button>
-      <label>Speed <select value={String(player.speed)} onChange={(e) => player.choose(Number(e.currentTarget.value))}>
-        {SPEEDS.map((s) => <option key={s} value={String(s)}>{s} ×</option>)}</select></label>
+      {run.attached
+        ? <button type="button" onClick={player.toggle} aria-pressed={player.playing} title="Space">{player.playing ? "● Live" : "○ Back to live"}</button>
+        : <button type="button" onClick={player.toggle} aria-pressed={player.playing} title="Space">{player.playing ? "❚❚ Pause" : "▶ Play"}</button>}
+      {!run.attached && <label>Speed <select value={String(player.speed)} onChange={(e) => player.choose(Number(e.currentTarget.value))}>
+        {SPEEDS.map((s) => <option key={s} value={String(s)}>{s} ×</option>)}</select></label>}
       <input type="range" min={0} max={Math.max(1, Math.round(last))} step={1} value={Math.round(at)} aria-label="Process time"
         aria-valuetext={`${moment(at)} of ${moment(last)}`} onInput={(e) => player.seek(Number(e.currentTarget.value))} />
       <span class="clock">{moment(at)} <span class="quiet">of {moment(last)} ({span(at)})</span></span>
-      {run.begins_s !== null && <button type="button" onClick={() => player.seek(run.begins_s!)} title="e">First symptom</button>}
+      {run.begins_s !== null && !run.attached && <button type="button" onClick={() => player.seek(run.begins_s!)} title="e">First symptom</button>}
       <button type="button" onClick={turn} title="t">{theme === "dark" ? "Light" : "Dark"}</button>
-      {player.lost && <b class="warn" role="alert">△ The connection is lost: this is how it was at {moment(at)}.</b>}
+      {player.lost && !run.attached && <b class="warn" role="alert">△ The connection is lost: this is how it was at {moment(at)}.</b>}
     </nav>
   );
 }
@@ -118,7 +65,7 @@ function useKeys(run: Run | null, player: Player, turn: () => void, help: () => 
       const at = player.now?.at_s ?? 0, step = e.shiftKey ? 60 : 10;
       const go: Record<string, () => void> = {
         " ": player.toggle, ArrowLeft: () => player.seek(at - step), ArrowRight: () => player.seek(at + step),
-        Home: () => player.seek(0), End: () => player.seek(run?.last_s ?? 0), "+": () => player.quicken(1), "-": () => player.quicken(-1),
+        Home: () => player.seek(0), End: () => (run?.attached ? player.follow() : player.seek(run?.last_s ?? 0)), "+": () => player.quicken(1), "-": () => player.quicken(-1),
         t: turn, "?": help, e: () => run?.begins_s != null && player.seek(run.begins_s),
         1: () => jump("card"), 2: () => jump("readings"), 3: () => jump("trends"), 4: () => jump("plant"), 5: () => jump("log"),
       };
@@ -142,7 +89,7 @@ function App() {
   const [back, setBack] = useState(1800);
   const [helped, setHelped] = useState(false);
   const [theme, turn] = useTheme();
-  const player = usePlayer(run);
+  const player = usePlayer(run, () => {});
   useKeys(run, player, turn, () => setHelped(!helped));
   const reload = useCallback(() => ask<Run>("/api/run").then(setRun, (e: Error) => setFailed(e.message)), []);
   useEffect(() => { void reload(); }, []);
@@ -159,10 +106,11 @@ function App() {
   return (
     <>
       <header><OverviewLine title={run.title} now={now} /></header>
+      <Freshness run={run} player={player} />
       <Transport run={run} player={player} theme={theme} turn={turn} />
       {run.notice && <p class={run.live ? "notice calm" : "notice"} role="status">{run.live ? "" : "△ "}{run.notice}</p>}
       {helped && <p class="notice">Space: play or pause. ← →: 10 s, with Shift 60 s. Home, End. + −: speed. e: first symptom. t: theme. 1 card, 2 readings, 3 trends, 4 plant, 5 events.</p>}
-      <main class={run.measured ? "" : "single"}>
+      <main class={`${run.measured ? "" : "single"} ${now.fresh?.old || player.silent_s || player.lost ? "old" : ""}`}>
         <EpisodeCard run={run} now={now} />
         {run.measured && <div class="side">
           <section id="readings" tabIndex={-1} aria-label="Readings"><h2>Readings</h2>

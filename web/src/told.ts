@@ -14,7 +14,7 @@ export interface Sheet { width: number; height: number; boxes: Box[]; arrows: Ar
 export interface Panel { title: string; unit: string; tags: string[] }
 export interface Line { at_s: number; label: string; text: string; tone: string }
 export interface Run {
-  title: string; notice: string; live: boolean; closed: boolean; measured: boolean; last_s: number;
+  title: string; notice: string; live: boolean; closed: boolean; attached: boolean; measured: boolean; last_s: number;
   begins_s: number | null; decided_s: number | null; tags: Tag[]; panels: Panel[]; sheet: Sheet | null; lines: Line[];
 }
 
@@ -61,8 +61,9 @@ export interface Card {
 export interface Moment {
   at_s: number; sampled_s: number; values: Record<string, number | null>;
   quality: Record<string, [string, string]>; targets: Record<string, number | null>; violated: string[];
-  overview: Overview | null; card: Card | null;
+  fresh: Fresh | null; overview: Overview | null; card: Card | null;
 }
+export interface Fresh { age_s: number | null; old: boolean; trouble: string; thinking: string }
 export interface Trend { times_s: number[]; series: [string, (number | null)[]][] }
 export interface FeatureTrend { trend: Trend; unit: string; band: [number, number] }
 

@@ -2,16 +2,23 @@
 
 import argparse
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from homeostat.cli.arguments import UsageError
 from homeostat.cli.recorded_plant import plant_of_run
 from homeostat.cli.run_directory import run_directory
 from homeostat.console.opened import KnownPlant, OpenedRun
+from homeostat.console.readings import Gathered
+from homeostat.console.watched import ServiceSilent, Watched
 from homeostat.journal import BrokenChain, RunStarted, read_events
 from homeostat.plants.described import read_described
 from homeostat.plants.plant import Plant
 from homeostat.record.decode import decode
+from homeostat.service.attached.place import begins
+from homeostat.service.doors.asking import status
+from homeostat.service.order import OrderError
 
 
 def carry_out(options: argparse.Namespace) -> int:
@@ -21,7 +28,8 @@ def carry_out(options: argparse.Namespace) -> int:
         from homeostat.console.server.serve import listening, serve
     except ImportError as error:
         raise UsageError(f"the console needs {error.name!r}: pip install 'homeostat[console]'") from error
-    run = opened(run_directory(options.run), options.case)
+    run_dir = run_directory(options.run)
+    run = watched(run_dir, options.case) if begins(run_dir) is not None else opened(run_dir, options.case)
     try:
         at = listening(options.port)
     except OSError as error:
@@ -40,11 +48,30 @@ def opened(run_dir: Path, given: str | None) -> OpenedRun:
     UsageError where the journal does not say how the run began; else as
     :func:`homeostat.cli.recorded_plant.plant_of_run`.
     """
+    return OpenedRun(run_dir, _plant(run_dir, given))
+
+
+def watched(run_dir: Path, given: str | None) -> OpenedRun:
+    """The plant that is attached in ``run_dir``, followed over its service's doors; as :func:`opened`."""
+    plant = _plant(run_dir, given)
+    gathered = Gathered(tag.name for tag in plant.description.tags)
+    service = Watched(lambda: _status(run_dir), gathered)
+    service.look()
+    service.begin()
+    return OpenedRun(run_dir, plant, gathered, service)
+
+
+def _status(run_dir: Path) -> Mapping[str, Any]:
+    try:
+        return status(run_dir)
+    except (OrderError, OSError) as error:
+        raise ServiceSilent(str(error)) from error
+
+
+def _plant(run_dir: Path, given: str | None) -> KnownPlant:
     started = _started(run_dir)
     description, plant, notice = plant_of_run(started, run_dir, given)
-    if plant is None:
-        return OpenedRun(run_dir, KnownPlant(started.case, description, notice=notice))
-    return OpenedRun(run_dir, known_plant(plant, notice))
+    return KnownPlant(started.case, description, notice=notice) if plant is None else known_plant(plant, notice)
 
 
 def known_plant(plant: Plant, notice: str = "") -> KnownPlant:

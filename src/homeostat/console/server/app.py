@@ -17,7 +17,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from homeostat.console.card.evidence import Evidence, readings_trend
 from homeostat.console.opened import OpenedRun
-from homeostat.console.server.stream import FASTEST, SLOWEST, moments
+from homeostat.console.server.stream import FASTEST, SLOWEST, Moments
 from homeostat.console.text import to_json
 from homeostat.console.view import seen, shown
 
@@ -101,6 +101,7 @@ class _Answers:
     def __init__(self, run: OpenedRun) -> None:
         self._run = run
         self._evidence: Evidence | None = None
+        self._moments = Moments(run)
 
     async def run(self, request: Request) -> Response:
         await run_in_threadpool(self._run.refresh)
@@ -137,7 +138,7 @@ class _Answers:
         speed = _number(request, "speed", 1.0)
         if not SLOWEST <= speed <= FASTEST:
             raise AskedWrong(f"speed is {speed:g}; it must be from {SLOWEST:g} to {FASTEST:g}")
-        return StreamingResponse(moments(self._run, at_s, speed), media_type="text/event-stream")
+        return StreamingResponse(self._moments.play(at_s, speed), media_type="text/event-stream")
 
 
 def _span(request: Request, run: OpenedRun) -> tuple[float, float, int]:
