@@ -38,9 +38,10 @@ class Tail:
         return another
 
     def more(self) -> Iterator[Record]:
-        """The whole lines that came since; BrokenChain at the first that does not follow, which is then looked at again.
+        """The whole lines that came since.
 
-        Raises FileNotFoundError where there is no journal.
+        BrokenChain at the first that does not follow, which is looked at again the next time; FileNotFoundError where
+        there is no journal.
         """
         with self._path.open("rb") as file:
             file.seek(self._read)

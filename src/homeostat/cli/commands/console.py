@@ -16,7 +16,7 @@ from homeostat.journal import BrokenChain, RunStarted, read_events
 from homeostat.plants.described import read_described
 from homeostat.plants.plant import Plant
 from homeostat.record.decode import decode
-from homeostat.service.attached.place import begins
+from homeostat.service.attached.place import ATTACHED
 from homeostat.service.doors.asking import status
 from homeostat.service.order import OrderError
 
@@ -29,7 +29,8 @@ def carry_out(options: argparse.Namespace) -> int:
     except ImportError as error:
         raise UsageError(f"the console needs {error.name!r}: pip install 'homeostat[console]'") from error
     run_dir = run_directory(options.run)
-    run = watched(run_dir, options.case) if begins(run_dir) is not None else opened(run_dir, options.case)
+    attached = _started(run_dir).settings.get(ATTACHED) is True
+    run = watched(run_dir, options.case) if attached else opened(run_dir, options.case)
     try:
         at = listening(options.port)
     except OSError as error:

@@ -142,12 +142,18 @@ class Persons:
             self._enter(Mode.OBSERVE, ModeEntered(Mode.OBSERVE.value, "", why), why, now_s)
             self._floor.parts.alarms.say("mode:observe", f"observe only: {why}", Priority.HIGH, now_s)
 
-    def _mode(self, command: PersonCommand, present: Present) -> str:
+    def _mode(self, command: PersonCommand, present: Present) -> str | Counted:
         mode = Mode(command.subject)
         if self._floor.latch.reason is not None and mode.writes:
             return "a fallback is latched; reset it first"
-        why = f"{command.person} changed the mode"
-        return self._enter(mode, ModeEntered(mode.value, command.person, command.reason), why, present.now_s)
+        agreed: tuple[str, ...] = (command.person,)
+        if mode is Mode.CLOSED_LOOP:
+            agreed = self._authority.agree(command, present.now_s)
+            if not agreed:
+                return self._counted(command.verb)
+        who = " and ".join(agreed)
+        why = f"{who} changed the mode"
+        return self._enter(mode, ModeEntered(mode.value, brief(who), command.reason), why, present.now_s)
 
     def _enter(self, mode: Mode, entered: ModeEntered, why: str, now_s: float) -> str:
         """Go over to ``mode``, and have nothing of the one before go on; why not, or empty."""
@@ -155,6 +161,7 @@ class Persons:
         objection = floor.modes.enter(mode, now_s)
         if objection:
             return objection
+        self._authority.forget(Verb.MODE)  # whoever agreed to closed loop did so in the mode before
         if floor.latch.reason is None:  # a fallback is sent until it stands, whatever the mode
             floor.parts.writer.overtake(now_s, why)
         if entered.person:
@@ -179,11 +186,12 @@ class Persons:
             return "the plant does not answer; nobody can say in which state it would be left"
         agreed = self._authority.agree(command, now_s)
         if not agreed:
-            return self._counted()
+            return self._counted(command.verb)
         rules, sequencer = floor.parts.rules, floor.parts.sequencer
         found = recognise(rules.machine, floor.parts.evidence(readings), sequencer.state, rules.start_up.states)
         floor.latch.reset(now_s)
         floor.modes.enter(Mode.OBSERVE, now_s)
+        self._authority.forget(Verb.MODE)
         sequencer.restore(found.state, (), aborting=False)
         if found.candidates:
             floor.parts.alarms.say("position", str(found), Priority.MEDIUM, now_s)
@@ -191,9 +199,9 @@ class Persons:
         floor.parts.note(ModeEntered(Mode.OBSERVE.value, command.person, "reset"), now_s)
         return ""
 
-    def _counted(self) -> Counted:
-        """A reset that more people must order."""
-        persons, missing = self._floor.parts.settings.persons, self._authority.missing
+    def _counted(self, verb: Verb) -> Counted:
+        """An order that more people must give."""
+        persons, missing = self._floor.parts.settings.persons, self._authority.missing(verb)
         others = "another person" if missing == 1 else f"{missing} other people"
         return Counted(missing, f"{persons - missing} of {persons} people; {others} must order it too")
 
