@@ -160,13 +160,14 @@ function Quality({ now, run }: { now: Moment; run: Run }) {
   );
 }
 
-export function EpisodeCard({ run, now }: { run: Run; now: Moment }) {
+export function EpisodeCard({ run, now, decision }: { run: Run; now: Moment; decision: preact.ComponentChildren }) {
   const card = now.card;
   if (!card) return <section class="card" id="card" tabIndex={-1} aria-label="Episode"><h2>Episode</h2><p class="big quiet">Nothing is wrong and nothing was.</p></section>;
   const p = card.proposal;
   return (
     <section class="card" id="card" tabIndex={-1} aria-label="Episode">
       <Answers card={card} now={now} />
+      {decision}
       {p && <div class="part wide"><h2>Proposal <span class="quiet">by {p.proposer} at {moment(p.at_s)}: {p.path.join(" → ")}</span></h2>
         {p.reasons.map((r) => <blockquote key={r}>{r}</blockquote>)}
         {p.moves.length > 0 && <Moves moves={p.moves} />}

@@ -74,10 +74,10 @@ export function usePlayer(run: Run | null, refused: () => void): Player {
   }, [playing, speed, from, known, attempt]);
   const seek = (at: number) => {
     const to = Math.min(Math.max(0, at), Math.max(run?.last_s ?? 0, latest.current));
-    if (run?.attached) setPlaying(false);
-    if (playing && !run?.attached) { latest.current = to; setFrom(to); } else void look(to);
+    if (run?.live) setPlaying(false);
+    if (playing && !run?.live) { latest.current = to; setFrom(to); } else void look(to);
   };
-  const toggle = () => { setFrom(run?.attached ? 1e12 : latest.current); setPlaying(!playing); };
+  const toggle = () => { setFrom(run?.live ? 1e12 : latest.current); setPlaying(!playing); };
   const follow = () => { setFrom(1e12); setPlaying(true); };
   const choose = (s: number) => { setFrom(latest.current); setSpeed(s); };
   const quicken = (by: number) => {

@@ -22,8 +22,9 @@ export interface Raised { alarm: string; cause: string; priority: string; since_
 export interface Overview {
   mode: string; requested: string; shed: string; state: string; level: string; alarm: string; alarm_s: number | null;
   folded: Raised[]; act_by_s: number | null; fallback: string; waiting: string; latched: string;
-  out_of_service: [string, string][]; finished: string;
+  out_of_service: [string, string][]; finished: string; offers: Offer[];
 }
+export interface Offer { request: string; digest: string; proposer: string; since_s: number; void_s: number }
 export interface Symptom {
   rule: string; text: string; at_s: number | null; value: number | null; times: number | null;
   threshold: number | null; unit: string; feature: string;
@@ -67,13 +68,36 @@ export interface Fresh { age_s: number | null; old: boolean; trouble: string; th
 export interface Trend { times_s: number[]; series: [string, (number | null)[]][] }
 export interface FeatureTrend { trend: Trend; unit: string; band: [number, number] }
 
+export interface Me { people: boolean; orders: boolean; name: string | null; access: "viewer" | "operator" | "engineer" | null; token: string | null }
+export interface Came { done: boolean; reason: string; counts: boolean }
+
+// What the server does not do, with its number: 401 where somebody must sign in, 0 where nothing came back.
+export class Refused extends Error {
+  constructor(text: string, readonly status: number, readonly unknown = false) { super(text); }
+}
+
+async function answered<T>(path: string, init?: RequestInit): Promise<T> {
+  let answer: Response, content: { error?: string; unknown?: boolean };
+  try {
+    answer = await fetch(path, init);
+    content = await answer.json();
+  } catch {
+    throw new Refused("no answer came", 0, true);
+  }
+  if (!answer.ok) throw new Refused(content.error ?? answer.statusText, answer.status, content.unknown ?? false);
+  return content as T;
+}
+
+export async function send<T>(method: "POST" | "DELETE", path: string, content: object, token: string | null): Promise<T> {
+  const headers: Record<string, string> = { "Content-Type": "application/json" };
+  if (token) headers["X-Homeostat-Token"] = token;
+  return answered<T>(path, { method, headers, body: JSON.stringify(content), signal: AbortSignal.timeout(30_000) });
+}
+
 export async function ask<T>(path: string, query: Record<string, string | number | string[]> = {}): Promise<T> {
   const words = new URLSearchParams();
   for (const [name, value] of Object.entries(query)) {
     for (const each of Array.isArray(value) ? value : [value]) words.append(name, String(each));
   }
-  const answer = await fetch(`${path}?${words}`);
-  const content = await answer.json();
-  if (!answer.ok) throw new Error(content.error ?? answer.statusText);
-  return content as T;
+  return answered<T>(`${path}?${words}`);
 }

@@ -7,6 +7,7 @@ from homeostat.console.card.proposal import state_label
 from homeostat.console.situation import Situation
 from homeostat.domain.alarm import Priority
 from homeostat.domain.plant.description import PlantDescription
+from homeostat.guard.settings import GuardSettings
 
 _ORDER = tuple(Priority)
 _THINKS_S = 60.0
@@ -27,6 +28,22 @@ class RaisedAlarm:
     """When it was raised [s]."""
     acknowledged: bool
     """Whether a person has seen it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """A request that waits for a person's yes."""
+
+    request: str
+    """Identifier."""
+    digest: str
+    """Digest of what would be written."""
+    proposer: str
+    """Who proposed it."""
+    since_s: float
+    """Since when it waits [s]."""
+    void_s: float
+    """When it is void at the latest [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +78,8 @@ class Overview:
     """Tags that may not be written, each with why."""
     finished: str
     """How the run ended; empty while it goes on."""
+    offers: tuple[Offer, ...]
+    """Requests that wait for a person, the oldest first."""
 
 
 def overview(now: Situation, card: Card | None, plant: PlantDescription, at_s: float) -> Overview:
@@ -85,7 +104,16 @@ def overview(now: Situation, card: Card | None, plant: PlantDescription, at_s: f
         latched=now.latched,
         out_of_service=tuple(sorted(now.out_of_service.items())),
         finished=now.finished.replace("_", " "),
+        offers=tuple(
+            Offer(request, said.digest, said.proposer, since_s, since_s + person_s(plant))
+            for request, (said, since_s) in now.offered.items()
+        ),
     )
+
+
+def person_s(plant: PlantDescription) -> float:
+    """How long a request may wait for a person [s]."""
+    return GuardSettings().for_ticks(plant.timing.tick_s).person_s
 
 
 def _level(now: Situation, card: Card | None, folded: list[RaisedAlarm]) -> str:

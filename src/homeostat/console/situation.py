@@ -106,6 +106,7 @@ def _of_guard(now: Situation, event: Event, at_s: float) -> None:
     match event:
         case GuardStarted():
             now.mode, now.requested, now.finished = event.mode, event.mode, ""
+            now.offered, now.accepted = {}, ""  # a guard that begins again knows of no request
         case StartUpEnded():
             now.started = True
         case StateEntered() | StepTaken() | SequenceLoaded():

@@ -24,20 +24,24 @@ from homeostat.service.order import OrderError
 def carry_out(options: argparse.Namespace) -> int:
     """Show the run until Ctrl-C, which is the way to end it: 0."""
     try:
+        from homeostat.cli.serving import encrypted, known, serving
         from homeostat.console.server.app import application
         from homeostat.console.server.serve import listening, serve
     except ImportError as error:
         raise UsageError(f"the console needs {error.name!r}: pip install 'homeostat[console]'") from error
     run_dir = run_directory(options.run)
+    tls, hosts = encrypted(options)
+    people = known(options.people)
     attached = _started(run_dir).settings.get(ATTACHED) is True
     run = watched(run_dir, options.case) if attached else opened(run_dir, options.case)
+    app = application(run, serving(people, run_dir, attached or run.goes_on(), hosts))
     try:
-        at = listening(options.port)
+        at = listening(options.port, options.address)
     except OSError as error:
-        reason = f"port {options.port} cannot be listened on: {error.strerror}"
+        reason = f"port {options.port} cannot be listened on: {error.strerror or error}"
         raise UsageError(f"{reason}; choose another one with --port, or 0 for a free one") from error
     try:
-        serve(application(run), at, not options.no_browser, _tell)
+        serve(app, at, not options.no_browser, _tell, options.address if tls is None else hosts[0], tls)
     except KeyboardInterrupt:
         print("homeostat: the console is closed", file=sys.stderr)
     return 0

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
 from importlib.resources import files
 from typing import Final
 
@@ -17,6 +18,10 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from homeostat.console.card.evidence import Evidence, readings_trend
 from homeostat.console.opened import OpenedRun
+from homeostat.console.people.orders import Give, Orders
+from homeostat.console.people.people import People
+from homeostat.console.server.admission import Admission
+from homeostat.console.server.desk import BadRequest, Desk, bad_request
 from homeostat.console.server.stream import FASTEST, SLOWEST, Moments
 from homeostat.console.text import to_json
 from homeostat.console.view import seen, shown
@@ -40,6 +45,7 @@ _HEADERS: Final = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cache-Control": "no-store",
 }
+_SECURE: Final = {"Strict-Transport-Security": "max-age=31536000"}
 _WIDEST: Final = 4000
 """Most pixels that a trend is drawn on."""
 
@@ -48,9 +54,24 @@ class AskedWrong(ValueError):
     """A request asks for what there is not; the message says so in one line."""
 
 
-def application(run: OpenedRun) -> Starlette:
-    """The answers to everything that may be asked of ``run``; whatever is asked, nothing is written."""
+@dataclass(frozen=True, slots=True)
+class Serving:
+    """Whom a page is served to."""
+
+    people: People | None = None
+    """Who may look and order; where there are none, whoever is on this machine looks, and nobody orders."""
+    give: Give | None = None
+    """Gives an order to the guard; None where there is nobody to order anything."""
+    hosts: tuple[str, ...] = HOSTS
+    """Names under which the page may be asked for."""
+    secure: bool = False
+    """Whether what is sent is encrypted."""
+
+
+def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
+    """The answers to everything that may be asked of ``run``; nothing is written but what ``serving`` lets order."""
     answers = _Answers(run)
+    desk = Desk(serving.people, None if serving.give is None else Orders(run, serving.give), serving.secure)
     routes = [Route(path, _file(*content), methods=["GET"]) for path, content in _PAGE.items()]
     routes += [
         Route("/api/run", answers.run, methods=["GET"]),
@@ -58,21 +79,27 @@ def application(run: OpenedRun) -> Starlette:
         Route("/api/trend", answers.trend, methods=["GET"]),
         Route("/api/feature", answers.feature, methods=["GET"]),
         Route("/api/stream", answers.stream, methods=["GET"]),
+        *desk.routes(),
     ]
-    guards = [Middleware(_Headers), Middleware(TrustedHostMiddleware, [*HOSTS])]
-    return Starlette(routes=routes, middleware=guards, exception_handlers={AskedWrong: _refused})
+    guards = [
+        Middleware(_Headers, serving.secure),
+        Middleware(TrustedHostMiddleware, [*serving.hosts]),
+        Middleware(Admission, serving.people, serving.secure),
+    ]
+    handlers = {AskedWrong: _refused, BadRequest: bad_request}
+    return Starlette(routes=routes, middleware=guards, exception_handlers=handlers)
 
 
 class _Headers:
     """Adds to every answer what a browser is to refuse."""
 
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
+    def __init__(self, app: ASGIApp, secure: bool) -> None:
+        self._app, self._headers = app, _HEADERS | (_SECURE if secure else {})
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         async def with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
-                MutableHeaders(scope=message).update(_HEADERS)
+                MutableHeaders(scope=message).update(self._headers)
             await send(message)
 
         await self._app(scope, receive, with_headers)
