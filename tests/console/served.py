@@ -32,7 +32,7 @@ class Answer:
         return json.loads(self.body)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Served:
     """A server that runs."""
 
@@ -122,7 +122,8 @@ def served(run_dir: Path, *options: str, port: int = 0, scheme: str = "http") ->
         assert found is not None, f"the console said {said!r}, {process.stderr.read() if not said else ''}"
         yield Served(int(found[1]), process)
     finally:
-        process.send_signal(signal.SIGINT)
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=LIMIT_S)
     assert process.returncode == 0, (out, err)
     assert "Traceback" not in err, err

@@ -15,6 +15,7 @@ from homeostat.domain.events.recovery import Attempted, Diagnosed, Noticed
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.verdict import Finding, Owner
+from homeostat.guard.requests.seal import Sealer
 from homeostat.guard.restart.memory import Memory
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Journal
@@ -23,7 +24,7 @@ from homeostat.service.attached.place import first_event, past
 from homeostat.service.attached.status import StatusBoard
 from homeostat.service.doors.door import Behind, Doors
 from homeostat.service.order import run_identity
-from tests.guard.vessel import World
+from tests.guard.vessel import KEY, World
 
 TICK_S = 0.05
 """Wall-clock time from tick to tick [s]: a second of the vessel's."""
@@ -57,13 +58,16 @@ class Attended:
         )
         if records:
             self.world.vessel.now_s = float(int(records[-1].at_s)) + 1.0
-        guard = self.world.guard
+        guard, person_s = self.world.guard, settings.get("person_s", 600.0)
+        self._sealer = Sealer("check", KEY, lambda: person_s)
         board = StatusBoard(guard, _Connected(), lambda: 0, {"plant": "vessel", "configuration": "c" * 64})
         board.recall(records)
         self.journal.subscribe(board.follow)
         self.doors = Doors(folder, Behind(guard.mailbox.put, board.told, run_identity(folder)), {})
         self.journal.subscribe(self.doors.follow)
         self._board, self._ending = board, threading.Event()
+        for _ in range(6):  # start-up is over
+            board.show(self.world.tick())
         self._thread = threading.Thread(target=self._go_on, daemon=True)
         self._thread.start()
 
@@ -80,7 +84,7 @@ class Attended:
             found = Finding("LIM-HOT", Owner.ACTION, 1.5, "K", 120.0, 3, "T stays below 313 K")
             path = ("running", "running")
             record(Attempted(1, "search", path, actions.commands, actions.digest, True, (found,), 24), at_s)
-            self.world.ask(self.world.request(name, actions))
+            self.world.ask(self._sealer.seal(self.world.request(name, actions), at_s))
         return name, actions
 
     def tick(self, **values: float) -> None:

@@ -1,6 +1,7 @@
 """The server's answers: a page, what it shows as JSON, and a stream of moments (server-sent events)."""
 
 import math
+import threading
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from importlib.resources import files
@@ -70,7 +71,8 @@ class Serving:
 
 def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
     """The answers to everything that may be asked of ``run``; nothing is written but what ``serving`` lets order."""
-    answers = _Answers(run)
+    ending = threading.Event()
+    answers = _Answers(run, ending)
     desk = Desk(serving.people, None if serving.give is None else Orders(run, serving.give), serving.secure)
     routes = [Route(path, _file(*content), methods=["GET"]) for path, content in _PAGE.items()]
     routes += [
@@ -87,7 +89,9 @@ def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
         Middleware(Admission, serving.people, serving.secure),
     ]
     handlers = {AskedWrong: _refused, BadRequest: bad_request}
-    return Starlette(routes=routes, middleware=guards, exception_handlers=handlers)
+    app = Starlette(routes=routes, middleware=guards, exception_handlers=handlers)
+    app.state.ending = ending
+    return app
 
 
 class _Headers:
@@ -125,10 +129,10 @@ def _file(name: str, kind: str) -> Callable[[Request], Awaitable[Response]]:
 class _Answers:
     """What is asked of one run."""
 
-    def __init__(self, run: OpenedRun) -> None:
+    def __init__(self, run: OpenedRun, ending: threading.Event) -> None:
         self._run = run
         self._evidence: Evidence | None = None
-        self._moments = Moments(run)
+        self._moments = Moments(run, ending)
 
     async def run(self, request: Request) -> Response:
         await run_in_threadpool(self._run.refresh)

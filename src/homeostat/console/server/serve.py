@@ -6,6 +6,7 @@ import webbrowser
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 from typing import Final
 
 import uvicorn
@@ -66,4 +67,17 @@ def serve(
     told(address)
     if browser:  # one that runs in the terminal would hold everything up
         threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-    uvicorn.Server(settings).run(sockets=[at])
+    _Server(settings, app.state.ending).run(sockets=[at])
+
+
+class _Server(uvicorn.Server):
+    """Ends the streams that pages follow before it waits for what is open."""
+
+    def __init__(self, config: uvicorn.Config, ending: threading.Event) -> None:
+        super().__init__(config)
+        self._ending = ending
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """A signal to end has come."""
+        self._ending.set()
+        super().handle_exit(sig, frame)

@@ -1,6 +1,7 @@
 """A run that plays: moments one after the other at a chosen speed, as server-sent events."""
 
 import asyncio
+import threading
 import time
 from collections.abc import AsyncIterator
 from typing import Final, final
@@ -27,9 +28,9 @@ _BEAT_S: Final = 1.0
 class Moments:
     """Moments of one run; what several look at at the same time is made once."""
 
-    def __init__(self, run: OpenedRun) -> None:
-        """Nobody looks yet."""
-        self._run = run
+    def __init__(self, run: OpenedRun, ending: threading.Event) -> None:
+        """Nobody looks yet; once the server is ``ending``, nobody is told anything more."""
+        self._run, self._ending = run, ending
         self._looked = time.monotonic()
         self._made: dict[tuple[float, int, bool, int], str] = {}
 
@@ -42,7 +43,7 @@ class Moments:
         """
         run, told, shown_s, spoke = self._run, -1, -1.0, 0.0
         begun, from_s = time.monotonic(), at_s
-        while True:
+        while not self._ending.is_set():
             now = time.monotonic()
             await self._look(now)
             last_s = run.last_s
