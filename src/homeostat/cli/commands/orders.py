@@ -31,10 +31,12 @@ def carry_out(options: argparse.Namespace) -> int:
     run_dir = run_directory(options.run)
     name = f"{options.verb}-{secrets.token_hex(8)}"
     person, role, verb = options.person or _login(), Role(options.role), Verb(options.verb)
-    command = PersonCommand(name, person, role, verb, options.subject, options.digest, options.reason)
+    seconds = 60.0 * getattr(options, "minutes", 0.0)
+    about = options.subject, options.digest, options.reason
+    command = PersonCommand(name, person, role, verb, *about, seconds=seconds)
     heard = given(run_dir, command)
-    about = f"{options.verb} {options.subject}".rstrip()
-    print(printable(f"{about}: {_said(heard)}"))
+    what = f"{options.verb} {options.subject}".rstrip()
+    print(printable(f"{what}: {_said(heard)}"))
     return 0 if heard.done or heard.counts else REFUSED
 
 

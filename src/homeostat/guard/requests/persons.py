@@ -18,6 +18,7 @@ from homeostat.guard.sequence.recognition import recognise
 from homeostat.guard.sequence.sequencer import loaded, nominal_commands, what_follows
 from homeostat.guard.sequence.steps import Steps
 from homeostat.guard.texts import LONGEST_NAME, brief, said
+from homeostat.guard.watch.shelf import Shelf
 from homeostat.guard.writing.flight import Failed, Progress, Write
 from homeostat.guard.writing.tenure import Modes
 
@@ -56,6 +57,7 @@ class Persons:
         self._floor = floor
         settings = floor.parts.settings
         self._authority = Authority(settings.persons, settings.person_s, settings.order_s)
+        self._shelf = Shelf(floor.parts.alarms, floor.parts.note)
         self._starting: tuple[Write, str, ActionSet] | None = None
         self._unread: tuple[Write, str] | None = None
         self._orders: dict[Verb, Callable[[PersonCommand, Present], str | Counted]] = {
@@ -68,6 +70,8 @@ class Persons:
             Verb.IN_SERVICE: self._service,
             Verb.OUT_OF_SERVICE: self._service,
             Verb.ACKNOWLEDGE: self._acknowledge,
+            Verb.SHELVE: lambda given, present: self._shelf.shelve(given, present.now_s),
+            Verb.UNSHELVE: lambda given, present: self._shelf.unshelve(given, present.now_s),
             Verb.FALL_BACK: self._fall_back,
             Verb.START: self._start,
         }
@@ -95,6 +99,10 @@ class Persons:
     def remember(self, used: Iterable[str]) -> None:
         """Orders that were answered before a restart are not carried out again."""
         self._authority.remember(used)
+
+    def expire(self, now_s: float) -> None:
+        """What people have ordered for a time is over then."""
+        self._shelf.expire(now_s)
 
     def follow(self, write: Write | None, progress: Progress | Failed | None, now_s: float) -> None:
         """Take note of how far ``write`` has come: a start is made once the plant has got its commands.
