@@ -7,6 +7,9 @@ import "./console.css";
 import { EpisodeCard } from "./card";
 import { OverviewLine } from "./overview";
 import { Freshness } from "./fresh";
+import { Alarms } from "./alarms";
+import { Explorer } from "./explorer";
+import { JournalView } from "./journal";
 import { Flowsheet, Indicators } from "./plant";
 import { SPEEDS, usePlayer, type Player } from "./player";
 import { Decision, OrderDialog, Orders, approving, mayOrder, offered, rejecting, type Asked } from "./orders";
@@ -57,7 +60,7 @@ function Log({ lines, at, seek }: { lines: Line[]; at: number; seek: (at: number
   );
 }
 
-function useKeys(run: Run | null, player: Player, turn: () => void, help: () => void, decide: (yes: boolean) => void) {
+function useKeys(run: Run | null, player: Player, turn: () => void, help: () => void, decide: (yes: boolean) => void, view: (name: View) => void) {
   useEffect(() => {
     const press = (e: KeyboardEvent) => {
       const on = e.target as HTMLElement;
@@ -68,6 +71,7 @@ function useKeys(run: Run | null, player: Player, turn: () => void, help: () => 
       const go: Record<string, () => void> = {
         " ": player.toggle, ArrowLeft: () => player.seek(at - step), ArrowRight: () => player.seek(at + step),
         Home: () => player.seek(0), End: () => (run?.live ? player.follow() : player.seek(run?.last_s ?? 0)), "+": () => player.quicken(1), "-": () => player.quicken(-1),
+        6: () => view("alarms"), 7: () => view("trends"), 8: () => view("journal"), 0: () => view("plant"),
         t: turn, "?": help, a: () => decide(true), r: () => decide(false), e: () => run?.begins_s != null && player.seek(run.begins_s),
         1: () => jump("card"), 2: () => jump("readings"), 3: () => jump("trends"), 4: () => jump("plant"), 5: () => jump("log"),
       };
@@ -78,6 +82,9 @@ function useKeys(run: Run | null, player: Player, turn: () => void, help: () => 
     return () => removeEventListener("keydown", press);
   });
 }
+
+type View = "plant" | "alarms" | "trends" | "journal";
+const VIEWS: [View, string, string][] = [["plant", "Episode and plant", "0"], ["alarms", "Alarms", "6"], ["trends", "Trends", "7"], ["journal", "Journal", "8"]];
 
 function jump(id: string) {
   const part = document.getElementById(id);
@@ -107,13 +114,14 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
   const [helped, setHelped] = useState(false);
   const [asked, order] = useState<Asked | null>(null);
   const [theme, turn] = useTheme();
+  const [view, show] = useState<View>("plant");
   const player = usePlayer(run, lookAgain);
   const now = player.now;
   const atHead = run !== null && run.live && player.playing;
   const offer = now && mayOrder(me) && atHead ? offered(now.card, now) : undefined;
   useKeys(run, player, turn, () => setHelped(!helped), (yes) => {
     if (offer && now?.card?.proposal) order((yes ? approving : rejecting)(offer, now.card.proposal));
-  });
+  }, show);
   const reload = useCallback(() => ask<Run>("/api/run").then((found) => { setRun(found); setFailed(""); }, (e: Error) => {
     if (e instanceof Refused && e.status === 401) lookAgain(); else setFailed(e.message);
   }), []);
@@ -134,9 +142,15 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
         <div class="desk"><Orders me={me} now={now} tags={writable} order={order} /><Who me={me} signed={signed} /></div></header>
       <Freshness run={run} player={player} />
       <Transport run={run} player={player} theme={theme} turn={turn} />
+      <nav class="views" aria-label="Views">{VIEWS.filter(([name]) => name !== "trends" || run.measured).map(([name, text, key]) => (
+        <button type="button" key={name} aria-pressed={view === name} title={key} onClick={() => show(name)}>{text}{name === "alarms" && now.overview?.folded.length ? ` (${now.overview.folded.length})` : ""}</button>))}</nav>
       {run.notice && <p class={run.live ? "notice calm" : "notice"} role="status">{run.live ? "" : "△ "}{run.notice}</p>}
-      {helped && <p class="notice">Space: play or pause. ← →: 10 s, with Shift 60 s. Home, End. + −: speed. e: first symptom. t: theme. a: approve, r: reject. 1 card, 2 readings, 3 trends, 4 plant, 5 events.</p>}
-      <main class={`${run.measured ? "" : "single"} ${now.fresh?.old || player.silent_s || player.lost ? "old" : ""}`}>
+      {helped && <p class="notice">Space: play or pause. ← →: 10 s, with Shift 60 s. Home, End. + −: speed. e: first symptom. t: theme. a: approve, r: reject. 1 card, 2 readings, 3 trends, 4 plant, 5 events. 6 alarms, 7 trends of any tags, 8 journal, 0 back.</p>}
+      <main class={`${run.measured && view === "plant" ? "" : "single"} ${now.fresh?.old || player.silent_s || player.lost ? "old" : ""}`}>
+        {view === "alarms" && <Alarms now={now} me={me} order={order} />}
+        {view === "trends" && <Explorer run={run} at={Math.max(now.at_s, 1)} theme={theme} />}
+        {view === "journal" && <JournalView seek={(to) => { player.seek(to); show("plant"); }} />}
+        {view === "plant" && <>
         <EpisodeCard run={run} now={now} decision={offer && now.card?.proposal && <Decision offer={offer} proposal={now.card.proposal} now={now} order={order} />} />
         {run.measured && <div class="side">
           <section id="readings" tabIndex={-1} aria-label="Readings"><h2>Readings</h2>
@@ -150,6 +164,7 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
         {run.sheet && <section id="plant" class="wide" tabIndex={-1} aria-label="Plant"><h2>Plant</h2>
           <Flowsheet run={run} sheet={run.sheet} now={now} /></section>}
         <Log lines={run.lines} at={now.at_s} seek={player.seek} />
+        </>}
       </main>
       <footer class="quiet">Keys: press ?</footer>
       {asked && <OrderDialog asked={asked} me={me} now={now} close={() => order(null)} />}

@@ -7,7 +7,7 @@ import { amount, moment, signed, span } from "./words";
 
 export interface Asked {
   verb: string; subject: string; digest: string; title: string; button: string; reason: "needed" | "welcome";
-  proposal?: Proposal; choices?: [string, string][]; label?: string; note?: string; proven: boolean;
+  proposal?: Proposal; choices?: [string, string][]; label?: string; note?: string; minutes?: number; proven: boolean;
 }
 
 export function mayOrder(me: Me): boolean {
@@ -49,13 +49,14 @@ export function OrderDialog({ asked, me, now, close }: { asked: Asked; me: Me; n
   const dialog = useRef<HTMLDialogElement>(null), reason = useRef<HTMLTextAreaElement>(null), password = useRef<HTMLInputElement>(null);
   const [id] = useState(() => crypto.randomUUID());
   const [subject, choose] = useState(asked.choices ? "" : asked.subject);
+  const [minutes, last] = useState(asked.minutes ?? 0);
   const [state, set] = useState<State>({ kind: "asking" });
   useEffect(() => { dialog.current?.showModal(); }, []);
   const gone = asked.proposal !== undefined && !now.overview?.offers.some((o) => o.request === asked.subject && o.digest === asked.proposal!.digest);
   const submit = async (e: Event) => {
     e.preventDefault();
     set({ kind: "going" });
-    const content = { id, verb: asked.verb, subject, digest: asked.digest, reason: reason.current!.value.trim(), password: password.current?.value ?? "" };
+    const content = { id, verb: asked.verb, subject, digest: asked.digest, reason: reason.current!.value.trim(), seconds: 60 * minutes, password: password.current?.value ?? "" };
     try {
       set({ kind: "came", came: await send<Came>("POST", "/api/order", content, me.token) });
     } catch (error) {
@@ -74,6 +75,7 @@ export function OrderDialog({ asked, me, now, close }: { asked: Asked; me: Me; n
         {!over && <>
           {asked.choices && <label>{asked.label} <select required value={subject} onChange={(e) => choose(e.currentTarget.value)}>
             <option value="">choose</option>{asked.choices.map(([value, text]) => <option key={value} value={value}>{text}</option>)}</select></label>}
+          {asked.minutes !== undefined && <label>For how many minutes (480 at most) <input type="number" min={1} max={480} required value={minutes} onInput={(e) => last(Number(e.currentTarget.value))} /></label>}
           <label>Reason{asked.reason === "needed" ? "" : " (if any)"} <textarea ref={reason} rows={2} maxLength={400} required={asked.reason === "needed"} /></label>
           {asked.proven && <input type="text" name="username" autocomplete="username" value={me.name ?? ""} readOnly hidden />}
           {asked.proven && <label>Your password again, {me.name} <input ref={password} type="password" autocomplete="current-password" required maxLength={128} /></label>}

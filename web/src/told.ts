@@ -22,7 +22,7 @@ export interface Raised { alarm: string; cause: string; priority: string; since_
 export interface Overview {
   mode: string; requested: string; shed: string; state: string; level: string; alarm: string; alarm_s: number | null;
   folded: Raised[]; act_by_s: number | null; fallback: string; waiting: string; latched: string;
-  out_of_service: [string, string][]; finished: string; offers: Offer[];
+  out_of_service: [string, string][]; shelved: number; finished: string; offers: Offer[];
 }
 export interface Offer { request: string; digest: string; proposer: string; since_s: number; void_s: number }
 export interface Symptom {
@@ -68,6 +68,15 @@ export interface Fresh { age_s: number | null; old: boolean; trouble: string; th
 export interface Trend { times_s: number[]; series: [string, (number | null)[]][] }
 export interface FeatureTrend { trend: Trend; unit: string; band: [number, number] }
 
+export interface ListedAlarm {
+  alarm: string; cause: string; priority: string; state: string; raised_s: number; returned_s: number | null;
+  acknowledged_s: number | null; acknowledged_by: string; shelved_by: string; shelved_until_s: number | null;
+  shelved_why: string; first: boolean; times: number;
+}
+export interface AlarmList { standing: ListedAlarm[]; shelved: ListedAlarm[]; past: ListedAlarm[]; within: number; flood: boolean }
+export interface JournalLine { number: number; at_s: number; kind: string; text: string }
+export interface JournalPage { lines: JournalLine[]; kinds: string[]; more: boolean; trouble: string }
+export interface Verified { whole: boolean; closed: boolean; signed: number; lines: number; text: string }
 export interface Me { people: boolean; orders: boolean; name: string | null; access: "viewer" | "operator" | "engineer" | null; token: string | null }
 export interface Came { done: boolean; reason: string; counts: boolean }
 

@@ -6,10 +6,12 @@ from homeostat.console.card.card import Card
 from homeostat.console.card.proposal import state_label
 from homeostat.console.situation import Situation
 from homeostat.domain.alarm import Priority
+from homeostat.domain.mode import Mode
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.guard.settings import GuardSettings
 
 _ORDER = tuple(Priority)
+_NOBODY_WRITES = frozenset(mode.value for mode in Mode if not mode.writes)
 _THINKS_S = 60.0
 """After the last sign that recovery works on an answer, how long it is said to do so [s]."""
 
@@ -76,6 +78,8 @@ class Overview:
     """Why a person must reset the latch; empty where it is not latched."""
     out_of_service: tuple[tuple[str, str], ...]
     """Tags that may not be written, each with why."""
+    shelved: int
+    """Number of alarms that are out of sight."""
     finished: str
     """How the run ended; empty while it goes on."""
     offers: tuple[Offer, ...]
@@ -85,7 +89,11 @@ class Overview:
 def overview(now: Situation, card: Card | None, plant: PlantDescription, at_s: float) -> Overview:
     """The line at ``at_s`` [s], from where the run stands and its card."""
     folded = sorted(
-        (RaisedAlarm(a.alarm, a.cause, a.priority.value, since_s, seen) for a, since_s, seen in now.alarms.values()),
+        (
+            RaisedAlarm(a.alarm, a.cause, a.priority.value, since_s, seen)
+            for a, since_s, seen in now.alarms.values()
+            if a.alarm not in now.shelved
+        ),
         key=lambda raised: (-_ORDER.index(Priority(raised.priority)), raised.since_s),
     )
     open_card = card if card is not None and card.over_s is None else None
@@ -103,6 +111,7 @@ def overview(now: Situation, card: Card | None, plant: PlantDescription, at_s: f
         waiting=_waiting(now, open_card, at_s),
         latched=now.latched,
         out_of_service=tuple(sorted(now.out_of_service.items())),
+        shelved=len(now.shelved & now.alarms.keys()),
         finished=now.finished.replace("_", " "),
         offers=tuple(
             Offer(request, said.digest, said.proposer, since_s, since_s + person_s(plant))
@@ -136,6 +145,9 @@ def _waiting(now: Situation, card: Card | None, at_s: float) -> str:
         return "nothing: the run has ended"
     if now.latched:
         return "a person: reset the latch"
+    critical = any(alarm.priority is Priority.CRITICAL for alarm, _, _ in now.alarms.values())
+    if critical and now.mode in _NOBODY_WRITES:
+        return f"a person at the plant: in mode {now.mode!r} nothing is written"
     if now.offered:
         return "a person: approve or reject the proposal"
     if now.accepted:

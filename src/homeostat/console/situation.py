@@ -17,6 +17,8 @@ from homeostat.domain.events.people import (
     AlarmAcknowledged,
     AlarmRaised,
     AlarmReturned,
+    AlarmShelved,
+    AlarmUnshelved,
     ModeEntered,
     PersonHeard,
     ServiceChanged,
@@ -64,6 +66,8 @@ class Situation:
     """Tag that the guard may not write -> why."""
     alarms: dict[str, tuple[AlarmRaised, float, bool]] = field(default_factory=dict)
     """Alarm that stands -> what it says, since when [s], and whether a person has seen it."""
+    shelved: set[str] = field(default_factory=set)
+    """Alarms that a person has taken out of sight for a time."""
     offered: dict[str, tuple[RequestAnswered, float]] = field(default_factory=dict)
     """Request that waits for a person's yes -> what the guard said, and since when [s]."""
     accepted: str = ""
@@ -98,6 +102,7 @@ def _copied(before: Situation) -> Situation:
         quality=dict(before.quality),
         out_of_service=dict(before.out_of_service),
         alarms=dict(before.alarms),
+        shelved=set(before.shelved),
         offered=dict(before.offered),
     )
 
@@ -106,6 +111,7 @@ def _of_guard(now: Situation, event: Event, at_s: float) -> None:
     match event:
         case GuardStarted():
             now.mode, now.requested, now.finished = event.mode, event.mode, ""
+            now.shelved, now.alarms = set(), {}  # and raises what lasts once more
             now.offered, now.accepted = {}, ""  # a guard that begins again knows of no request
         case StartUpEnded():
             now.started = True
@@ -149,6 +155,10 @@ def _of_people(now: Situation, event: Event, at_s: float) -> None:
         case AlarmAcknowledged() if event.alarm in now.alarms:
             raised, since_s, _ = now.alarms[event.alarm]
             now.alarms[event.alarm] = (raised, since_s, True)
+        case AlarmShelved():
+            now.shelved.add(event.alarm)
+        case AlarmUnshelved():
+            now.shelved.discard(event.alarm)
         case LatchReset():
             now.latched, now.state = "", event.state or now.state
             now.mode = now.requested = "observe"

@@ -16,7 +16,7 @@ from homeostat.domain.mode import PersonCommand, Verb
 
 Give = Callable[[PersonCommand], "Came"]
 """Gives an order to the guard and waits for its answer; NotGiven where there is none."""
-PROVEN: Final = frozenset(Verb) - {Verb.ACKNOWLEDGE}
+PROVEN: Final = frozenset(Verb) - {Verb.ACKNOWLEDGE, Verb.SHELVE, Verb.UNSHELVE}
 """What is ordered with the password again."""
 _TEXT: Final = 500
 
@@ -47,6 +47,7 @@ class Ordered(BaseModel):
     subject: str = Field(default="", max_length=_TEXT)
     digest: str = Field(default="", max_length=_TEXT)
     reason: str = Field(default="", max_length=_TEXT)
+    seconds: float = Field(default=0.0, ge=0.0, allow_inf_nan=False, strict=False)
     password: str = Field(default="", max_length=_TEXT)
 
 
@@ -111,7 +112,8 @@ class Orders:
             role = account.access.role
             assert role is not None
             about = ordered.subject, ordered.digest, ordered.reason
-            return self._give(PersonCommand(ordered.id, account.name, role, ordered.verb, *about))
+            named = ordered.id, account.name, role, ordered.verb
+            return self._give(PersonCommand(*named, *about, seconds=ordered.seconds))
         finally:
             with self._lock:
                 self._going.discard(ordered.id)

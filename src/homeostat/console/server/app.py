@@ -1,6 +1,5 @@
 """The server's answers: a page, what it shows as JSON, and a stream of moments (server-sent events)."""
 
-import math
 import threading
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
@@ -22,9 +21,10 @@ from homeostat.console.opened import OpenedRun
 from homeostat.console.people.orders import Give, Orders
 from homeostat.console.people.people import People
 from homeostat.console.server.admission import Admission
-from homeostat.console.server.desk import BadRequest, Desk, bad_request
+from homeostat.console.server.asked import AskedWrong, bad_request, finite, json_answer, number, span
+from homeostat.console.server.desk import Desk
+from homeostat.console.server.events import Events
 from homeostat.console.server.stream import FASTEST, SLOWEST, Moments
-from homeostat.console.text import to_json
 from homeostat.console.view import seen, shown
 
 HOSTS: Final = ("127.0.0.1", "localhost")
@@ -47,12 +47,6 @@ _HEADERS: Final = {
     "Cache-Control": "no-store",
 }
 _SECURE: Final = {"Strict-Transport-Security": "max-age=31536000"}
-_WIDEST: Final = 4000
-"""Most pixels that a trend is drawn on."""
-
-
-class AskedWrong(ValueError):
-    """A request asks for what there is not; the message says so in one line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +75,7 @@ def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
         Route("/api/trend", answers.trend, methods=["GET"]),
         Route("/api/feature", answers.feature, methods=["GET"]),
         Route("/api/stream", answers.stream, methods=["GET"]),
+        *Events(run).routes(),
         *desk.routes(),
     ]
     guards = [
@@ -88,7 +83,7 @@ def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
         Middleware(TrustedHostMiddleware, [*serving.hosts]),
         Middleware(Admission, serving.people, serving.secure),
     ]
-    handlers = {AskedWrong: _refused, BadRequest: bad_request}
+    handlers = {AskedWrong: bad_request}
     app = Starlette(routes=routes, middleware=guards, exception_handlers=handlers)
     app.state.ending = ending
     return app
@@ -107,14 +102,6 @@ class _Headers:
             await send(message)
 
         await self._app(scope, receive, with_headers)
-
-
-async def _refused(request: Request, error: Exception) -> Response:
-    return _json({"error": str(error)}, 400)
-
-
-def _json(value: object, status: int = 200) -> Response:
-    return Response(to_json(value), status, media_type="application/json")
 
 
 def _file(name: str, kind: str) -> Callable[[Request], Awaitable[Response]]:
@@ -136,10 +123,10 @@ class _Answers:
 
     async def run(self, request: Request) -> Response:
         await run_in_threadpool(self._run.refresh)
-        return _json(await run_in_threadpool(shown, self._run))
+        return json_answer(await run_in_threadpool(shown, self._run))
 
     async def moment(self, request: Request) -> Response:
-        return _json(await run_in_threadpool(seen, self._run, _number(request, "at", self._run.last_s)))
+        return json_answer(await run_in_threadpool(seen, self._run, number(request, "at", self._run.last_s)))
 
     async def trend(self, request: Request) -> Response:
         readings, tags = self._run.readings, tuple(request.query_params.getlist("tag"))
@@ -149,48 +136,24 @@ class _Answers:
             raise AskedWrong(f"no tag {unknown[0][:80]!r} was measured in this run")
         if not tags:
             raise AskedWrong("no tag is named; give tag=NAME")
-        return _json(await run_in_threadpool(readings_trend, readings, tags, *_span(request, self._run)))
+        return json_answer(await run_in_threadpool(readings_trend, readings, tags, *span(request, self._run)))
 
     async def feature(self, request: Request) -> Response:
         name = request.query_params.get("name", "")
         readings = self._run.readings
         if readings is not None and (self._evidence is None or self._evidence.last_s < readings.last_s):
             self._evidence = Evidence(self._run.plant, readings)
-        span = _span(request, self._run)
-        found = None if self._evidence is None else await run_in_threadpool(self._evidence.feature, name, *span)
+        asked = span(request, self._run)
+        found = None if self._evidence is None else await run_in_threadpool(self._evidence.feature, name, *asked)
         if found is None:
             raise AskedWrong(f"no feature {name[:80]!r} can be drawn for this run")
-        return _json(found)
+        return json_answer(found)
 
     async def stream(self, request: Request) -> Response:
-        at_s = _number(request, "at", 0.0)
+        at_s = number(request, "at", 0.0)
         if last := request.headers.get("last-event-id"):
-            at_s = _finite("Last-Event-ID", last)
-        speed = _number(request, "speed", 1.0)
+            at_s = finite("Last-Event-ID", last)
+        speed = number(request, "speed", 1.0)
         if not SLOWEST <= speed <= FASTEST:
             raise AskedWrong(f"speed is {speed:g}; it must be from {SLOWEST:g} to {FASTEST:g}")
         return StreamingResponse(self._moments.play(at_s, speed), media_type="text/event-stream")
-
-
-def _span(request: Request, run: OpenedRun) -> tuple[float, float, int]:
-    """From when to when [s], and on how many pixels."""
-    from_s, to_s = _number(request, "from", 0.0), _number(request, "to", run.last_s)
-    width = _number(request, "width", 800.0)
-    if not 1.0 <= width <= _WIDEST:
-        raise AskedWrong(f"width is {width:g} px; it must be from 1 to {_WIDEST} px")
-    return from_s, to_s, int(width)
-
-
-def _number(request: Request, name: str, default: float) -> float:
-    text = request.query_params.get(name)
-    return default if text is None else _finite(name, text)
-
-
-def _finite(name: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise AskedWrong(f"{name} is {text[:40]!r}; it must be a finite number")
-    return value

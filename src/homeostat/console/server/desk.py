@@ -15,7 +15,7 @@ from homeostat.console.people.orders import PROVEN, NotGiven, Objection, Ordered
 from homeostat.console.people.people import People, Unproven
 from homeostat.console.people.sessions import Session
 from homeostat.console.server.admission import cookie, kept_by, session_of
-from homeostat.console.text import to_json
+from homeostat.console.server.asked import AskedWrong, json_answer
 
 M = TypeVar("M", bound=BaseModel)
 LARGEST: Final = 10_000
@@ -28,10 +28,6 @@ class _SigningIn(BaseModel):
 
     name: str = Field(min_length=1, max_length=200)
     password: str = Field(min_length=1, max_length=500)
-
-
-class BadRequest(ValueError):
-    """What was sent is not what can be taken; one line."""
 
 
 @final
@@ -56,7 +52,7 @@ class Desk:
 
     async def me(self, request: Request) -> Response:
         """Who is at the page, and what the page must show when it orders."""
-        return _json(self._told(session_of(request)))
+        return json_answer(self._told(session_of(request)))
 
     async def sign_in(self, request: Request) -> Response:
         """Begin a session."""
@@ -67,7 +63,7 @@ class Desk:
             token, session = await run_in_threadpool(self._people.sign_in, *proof)
         except Unproven as unproven:
             return _unproven(unproven)
-        answer = _json(self._told(session))
+        answer = json_answer(self._told(session))
         kept_by(answer, token, self._secure)
         return answer
 
@@ -76,7 +72,7 @@ class Desk:
         assert self._people is not None
         name = cookie(self._secure)
         self._people.sign_out(request.cookies.get(name))
-        answer = _json(self._told(None))
+        answer = json_answer(self._told(None))
         answer.delete_cookie(name, path="/", secure=self._secure, httponly=True, samesite="strict")
         return answer
 
@@ -90,16 +86,16 @@ class Desk:
             await run_in_threadpool(orders.check, ordered, account)
             if ordered.verb in PROVEN:
                 account = await run_in_threadpool(people.confirm, session, ordered.password, _address(request))
-            return _json(await run_in_threadpool(orders.give, ordered, account))
+            return json_answer(await run_in_threadpool(orders.give, ordered, account))
         except Unproven as unproven:
             return _unproven(unproven)
         except Objection as objection:
             earlier = await run_in_threadpool(orders.earlier, ordered, session.account)
             if earlier is not None:  # it was carried out, and the answer was lost
-                return _json(earlier)
-            return _json({"error": str(objection)}, _STATUS[objection.fault])
+                return json_answer(earlier)
+            return json_answer({"error": str(objection)}, _STATUS[objection.fault])
         except NotGiven as lost:
-            return _json({"error": str(lost), "unknown": True}, 502)
+            return json_answer({"error": str(lost), "unknown": True}, 502)
 
     def _told(self, session: Session | None) -> dict[str, object]:
         account = None if session is None else session.account
@@ -112,13 +108,8 @@ class Desk:
         }
 
 
-async def bad_request(request: Request, error: Exception) -> Response:
-    """The answer to what cannot be taken."""
-    return _json({"error": str(error)}, 400)
-
-
 def _unproven(unproven: Unproven) -> Response:
-    answer = _json({"error": str(unproven)}, 429 if unproven.wait_s > 0.0 else 403)
+    answer = json_answer({"error": str(unproven)}, 429 if unproven.wait_s > 0.0 else 403)
     if unproven.wait_s > 0.0:
         answer.headers["Retry-After"] = str(math.ceil(unproven.wait_s))
     return answer
@@ -129,18 +120,14 @@ async def _body(request: Request, kind: type[M]) -> M:
     async for part in request.stream():
         content += part
         if len(content) > LARGEST:
-            raise BadRequest(f"more than {LARGEST} byte were sent")
+            raise AskedWrong(f"more than {LARGEST} byte were sent")
     try:
         return kind.model_validate_json(content)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         place = ".".join(map(str, first["loc"]))
-        raise BadRequest(f"{place}: {first['msg']}" if place else str(first["msg"])) from None
+        raise AskedWrong(f"{place}: {first['msg']}" if place else str(first["msg"])) from None
 
 
 def _address(request: Request) -> str:
     return "" if request.client is None else request.client.host
-
-
-def _json(value: object, status: int = 200) -> Response:
-    return Response(to_json(value), status, media_type="application/json")
