@@ -232,6 +232,22 @@ def test_a_proposal_that_expires_cannot_be_approved(browser: Any, people: Path, 
         assert "T.sp" not in {c.tag for commands in service.sent for c in commands}
 
 
+def test_a_service_that_stops_makes_the_page_old_and_one_that_begins_again_makes_it_live(
+    browser: Any, people: Path, tmp_path: Path
+) -> None:
+    service = Attended(tmp_path / "l")
+    with served(service.directory, "--people", str(people)) as server, at(browser, server, "Bo") as page:
+        propose(service)
+        page.wait_for_selector(".decision")
+        assert page.locator(".stale").count() == 0
+        service.close()
+        page.locator(".stale", has_text="no service runs").wait_for()
+        assert page.evaluate("getComputedStyle(document.querySelector('main.old')).display") == "grid"
+        with Attended(tmp_path / "l"):
+            page.wait_for_selector(".stale", state="detached")
+            page.wait_for_selector(".decision", state="detached")  # a guard that begins again knows of no request
+
+
 def test_a_page_outlives_its_server_and_says_so_meanwhile(browser: Any, people: Path, attended: Attended) -> None:
     with served(attended.directory, "--people", str(people)) as first, at(browser, first, "Bo") as page:
         port = first.port
