@@ -39,6 +39,17 @@ def test_there_is_room_for_a_long_run() -> None:
     assert (readings.signals["T"] == np.arange(10_000)).all()
 
 
+@given(st.integers(1, 40), st.integers(1, 200))
+def test_of_very_many_readings_the_latest_are_kept(most: int, count: int) -> None:
+    gathered = Gathered(["T"], most)
+    for second in range(count):
+        gathered(Snapshot(float(second), {"T": 2.0 * second}))
+    readings = gathered.readings()
+    assert readings is not None and min(count, most) // 2 <= readings.times_s.size <= most
+    assert (np.diff(readings.times_s) == 1.0).all() and readings.last_s == count - 1.0
+    assert (readings.signals["T"] == 2.0 * readings.times_s).all()
+
+
 def test_a_run_is_shown_while_it_goes_on_and_after_it(tmp_path: Path) -> None:
     arguments = ["run", "cstr", "--end", "900", "--console", "--pace", "60", "--out", "run"]
     with (tmp_path / "said").open("w+") as said:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import gzip
 import re
-import shutil
-from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -17,7 +15,6 @@ from tests.console.test_hostile import MARKUP, hostile_run
 
 MOST_BYTES = 120_000
 """What the page may weigh, compressed."""
-BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
 def test_the_page_is_small_and_needs_no_network() -> None:
@@ -29,29 +26,6 @@ def test_the_page_is_small_and_needs_no_network() -> None:
     assert contents["console.js"].count(b"://") == contents["console.js"].count(b"://www.w3.org/")
     licences = static.joinpath("LICENSES.txt").read_text(encoding="utf-8")
     assert "preact" in licences and "uplot" in licences and licences.count("MIT") >= 2
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    """Chromium, driven by Playwright."""
-    api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
-    if BROWSER is None:
-        pytest.skip("there is no Chromium here")
-    with api.sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
-
-
-@pytest.fixture
-def page(browser: Any) -> Iterator[Any]:
-    """A page of which every complaint is a failure."""
-    opened, complaints = browser.new_page(viewport={"width": 1280, "height": 800}), []
-    opened.on("console", lambda said: complaints.append(said.text) if said.type in ("error", "warning") else None)
-    opened.on("pageerror", lambda error: complaints.append(str(error)))
-    yield opened
-    opened.close()
-    assert complaints == []
 
 
 def test_ten_seconds_answer_four_questions(page: Any, console: Served) -> None:

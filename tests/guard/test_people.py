@@ -14,7 +14,7 @@ from homeostat.domain.events.people import AlarmAcknowledged, AlarmRaised, ModeE
 from homeostat.domain.events.trips import FallbackStands, LatchReset
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.domain.mode import Mode, PersonCommand, Role, Side, Verb
-from homeostat.domain.observation import Arm, Correction, FallBack, Withdraw
+from homeostat.domain.observation import Arm, Correction, FallBack, StandBack, Withdraw
 from homeostat.domain.recovery import Command
 from homeostat.guard.settings import GuardSettings
 from homeostat.guard.watch.alarms import Alarms
@@ -391,3 +391,44 @@ def test_of_three_people_everybody_is_told_how_many_are_missing() -> None:
     assert [(h.done, h.missing) for h in said] == [(False, 2), (False, 1), (True, 0)]
     assert said[0].reason == "1 of 3 people; 2 other people must order it too"
     assert said[1].reason == "2 of 3 people; another person must order it too"
+
+
+def test_closed_loop_needs_as_many_people_as_a_reset_and_less_needs_one() -> None:
+    world = running(mode=Mode.OBSERVE, settings=GuardSettings(persons=2, person_s=20.0, sync_s=5.0))
+    assert tell(world, Verb.MODE, "approve").done and world.guard.mode is Mode.APPROVE
+    first = tell(world, Verb.MODE, "closed-loop", reason="quiet", person="Ada")
+    assert (first.done, first.missing) == (False, 1) and world.guard.mode is Mode.APPROVE
+    assert first.reason == "1 of 2 people; another person must order it too"
+    assert not tell(world, Verb.MODE, "closed-loop", person="ada ").done
+    world.tick(25)
+    assert not tell(world, Verb.MODE, "closed-loop", person="Bo").done  # Ada's word is old
+    last = tell(world, Verb.MODE, "closed-loop", reason="go", person="Ada")
+    assert (last.done, last.missing) == (True, 0) and world.guard.mode is Mode.CLOSED_LOOP
+    assert world.journal.of(ModeEntered)[-1].person == "Bo and Ada"
+    assert tell(world, Verb.MODE, "observe").done and world.guard.mode is Mode.OBSERVE
+
+
+def test_who_agreed_to_closed_loop_before_another_mode_or_a_reset_has_not_agreed_after_it() -> None:
+    settings = GuardSettings(persons=2, person_s=600.0, sync_s=5.0)
+    world = running(mode=Mode.APPROVE, settings=settings)
+    assert tell(world, Verb.MODE, "closed-loop", person="Ada").missing == 1
+    assert tell(world, Verb.MODE, "advise", person="Cem").done
+    assert tell(world, Verb.MODE, "closed-loop", person="Bo").missing == 1
+    world.guard.mailbox.put(StandBack("the connection was lost"))
+    world.tick()
+    assert tell(world, Verb.MODE, "approve", person="Bo").done
+    assert tell(world, Verb.MODE, "closed-loop", person="Ada").missing == 1
+    world.tick(6, L=14.0)
+    assert tell(world, Verb.MODE, "closed-loop", person="Bo").reason == "a fallback is latched; reset it first"
+    assert tell(world, Verb.RESET, reason="seen", person="Ada").missing == 1
+    assert tell(world, Verb.RESET, reason="seen", person="Bo").done
+    assert tell(world, Verb.MODE, "closed-loop", person="Bo").missing == 1
+
+
+def test_an_agreement_to_a_reset_is_none_to_closed_loop() -> None:
+    world = running(settings=GuardSettings(persons=2, person_s=600.0, sync_s=5.0))
+    world.tick(6, L=14.0)
+    assert tell(world, Verb.RESET, reason="seen", person="Ada").missing == 1
+    assert tell(world, Verb.RESET, reason="seen", person="Bo").done
+    assert tell(world, Verb.MODE, "closed-loop", person="Bo").missing == 1
+    assert tell(world, Verb.MODE, "closed-loop", person="Ada").done

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from homeostat.domain.events.guard import RequestAnswered
+from homeostat.domain.events.guard import GuardStarted, RequestAnswered
 from homeostat.domain.events.people import PersonHeard
 from homeostat.domain.mode import Role
 from homeostat.journal import Journal, RunStarted, Summary, read_events
@@ -30,6 +30,16 @@ def test_what_was_offered_and_not_answered_waits(tmp_path: Path) -> None:
         first, second = waiting(read_events(tmp_path))
     assert first == Waiting("r1", "search", "d1", 2.0)
     assert second == Waiting("r2", "search", "d2", 3.0)
+
+
+def test_what_a_guard_was_asked_before_it_began_again_waits_no_more(tmp_path: Path) -> None:
+    with Journal(tmp_path) as journal:
+        journal.record(RunStarted("vessel", (), 1), 0.0)
+        journal.record(answered("r1", "offered"), 2.0)
+        journal.record(GuardStarted("vessel", "c", "observe", "plant", True), 3.0)
+        assert waiting(read_events(tmp_path)) == ()
+        journal.record(answered("r2", "offered", "d2"), 4.0)
+        assert [w.request for w in waiting(read_events(tmp_path))] == ["r2"]
 
 
 def test_the_answer_to_an_order_is_found_behind_where_it_was_given(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ function Moves({ moves }: { moves: Move[] }) {
   return (
     <>
       <table class="moves">
-        <thead><tr><th>Tag</th><th class="n">From</th><th /><th class="n">To</th><th>Ramp</th></tr></thead>
+        <thead><tr><th>Tag</th><th class="n">From</th><th><span class="unseen">to</span></th><th class="n">To</th><th>Ramp</th></tr></thead>
         <tbody>{changed.map((m) => (
           <tr key={m.tag}>
             <th scope="row" title={m.text}>{m.tag} <span class="quiet">{m.text}</span></th>
@@ -61,7 +61,7 @@ function Margins({ proposal }: { proposal: Proposal }) {
   return (
     <div class="scroll" tabIndex={0} role="region" aria-label="Margins">
       <table class="margins">
-        <thead><tr><th>Limit</th><th class="n">Worst predicted</th><th /><th class="n">When</th><th class="n">Worst in</th>
+        <thead><tr><th>Limit</th><th class="n">Worst predicted</th><th><span class="unseen">Distance</span></th><th class="n">When</th><th class="n">Worst in</th>
           {compared && <th class="n">Readings so far</th>}</tr></thead>
         <tbody>{proposal.margins.map((m) => <MarginRow key={m.name} m={m} most={most} compared={compared} />)}</tbody>
       </table>
@@ -80,13 +80,13 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
   return (
     <div class="answers">
       <div>
-        <h3>What is wrong</h3>
+        <h2 class="question">What is wrong</h2>
         <p class="big">{card.headline}</p>
         <p>{card.probability === null ? "No diagnosis." : `${percent(card.probability)} probable${card.explanations[0]?.size ? `, size ${card.explanations[0].size}` : ""}.`} Seen
           at {moment(card.since_s)}{card.over_s !== null && `, over at ${moment(card.over_s)}`}.</p>
       </div>
       <div>
-        <h3>{acted ? "What was done" : p?.released_s != null ? "What was released" : "What is proposed"}</h3>
+        <h2 class="question">{acted ? "What was done" : p?.released_s != null ? "What was released" : "What is proposed"}</h2>
         {acted ? <><p class="big">■ Fallback ‘{acted.strategy}’ acted</p><p>{acted.reason}</p></>
           : p ? <>
             <p class="big">{p.path.length ? `Go to ${p.path[p.path.length - 1]}` : p.what}{p.seconds > 0 && ` for ${span(p.seconds)}`}</p>
@@ -98,7 +98,7 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
             {card.refused[0] && <p>{card.refused[0].what}: {card.refused[0].why}</p>}</>}
       </div>
       <div>
-        <h3>Why it is safe</h3>
+        <h2 class="question">Why it is safe</h2>
         {!acted && p && worst ? <>
           <p class={worst.margin < 0 ? "big bad" : "big"}>{worst.margin < 0 ? "■ " : ""}{size(worst.margin, worst.unit)} at worst</p>
           <p>{worst.text || worst.name}, after {span(worst.at_s)}, worst of {p.members} members.</p>
@@ -108,7 +108,7 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
         {acted && <p>{acted.stands ? "The plant was read to hold it." : "The plant was not read to hold it yet."}</p>}
       </div>
       <div>
-        <h3>How long is left</h3>
+        <h2 class="question">How long is left</h2>
         {left !== null ? <><p class="big">{span(left)}</p><p>Then fallback ‘{o?.fallback}’ acts, at {moment(o!.act_by_s!)}.</p></>
           : <p class="big quiet">No deadline</p>}
         {card.alone && <p>If nothing is done: {card.alone}</p>}
@@ -160,13 +160,14 @@ function Quality({ now, run }: { now: Moment; run: Run }) {
   );
 }
 
-export function EpisodeCard({ run, now }: { run: Run; now: Moment }) {
+export function EpisodeCard({ run, now, decision }: { run: Run; now: Moment; decision: preact.ComponentChildren }) {
   const card = now.card;
   if (!card) return <section class="card" id="card" tabIndex={-1} aria-label="Episode"><h2>Episode</h2><p class="big quiet">Nothing is wrong and nothing was.</p></section>;
   const p = card.proposal;
   return (
     <section class="card" id="card" tabIndex={-1} aria-label="Episode">
       <Answers card={card} now={now} />
+      {decision}
       {p && <div class="part wide"><h2>Proposal <span class="quiet">by {p.proposer} at {moment(p.at_s)}: {p.path.join(" → ")}</span></h2>
         {p.reasons.map((r) => <blockquote key={r}>{r}</blockquote>)}
         {p.moves.length > 0 && <Moves moves={p.moves} />}

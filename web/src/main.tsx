@@ -6,12 +6,18 @@ import "uplot/dist/uPlot.min.css";
 import "./console.css";
 import { EpisodeCard } from "./card";
 import { OverviewLine } from "./overview";
+import { Freshness } from "./fresh";
+import { Alarms } from "./alarms";
+import { Explorer } from "./explorer";
+import { JournalView } from "./journal";
 import { Flowsheet, Indicators } from "./plant";
-import { ask, type Line, type Moment, type Run } from "./told";
+import { SPEEDS, usePlayer, type Player } from "./player";
+import { Decision, OrderDialog, Orders, approving, mayOrder, offered, rejecting, type Asked } from "./orders";
+import { SignIn, Who } from "./people";
+import { ask, Refused, type Line, type Me, type Run } from "./told";
 import { TrendChart } from "./trends";
 import { moment, span } from "./words";
 
-const SPEEDS = [1, 5, 10, 30, 60, 300, 1000];
 const BACKS: [number, string][] = [[600, "10 min"], [1800, "30 min"], [7200, "2 h"], [1e6, "all"]];
 
 function useTheme(): [string, () => void] {
@@ -25,75 +31,21 @@ function useTheme(): [string, () => void] {
   }];
 }
 
-interface Player { now: Moment | null; playing: boolean; speed: number; lost: boolean;
-  seek: (at: number) => void; toggle: () => void; quicken: (by: number) => void; choose: (speed: number) => void }
-
-// Moments come from the server while it plays, one by one where it is paused. What has not changed is not sent again.
-function usePlayer(run: Run | null): Player {
-  const [now, setNow] = useState<Moment | null>(null);
-  const [playing, setPlaying] = useState(false);
-  const [speed, setSpeed] = useState(10);
-  const [lost, setLost] = useState(false);
-  const [from, setFrom] = useState(0);
-  const latest = useRef(0), asked = useRef(0);
-  const take = useCallback((m: Moment) => {
-    latest.current = m.at_s;
-    setNow((old) => (m.overview || !old ? m : { ...m, overview: old.overview, card: old.card }));
-  }, []);
-  const look = useCallback(async (at: number) => {
-    const mine = ++asked.current;
-    latest.current = at;
-    try {
-      const m = await ask<Moment>("/api/moment", { at });
-      if (mine === asked.current) { setLost(false); take(m); }
-    } catch { setLost(true); }
-  }, [take]);
-  const begun = useRef(false), known = run !== null;
-  useEffect(() => {
-    if (!run || begun.current) return;
-    begun.current = true;
-    const hash = Number(location.hash.replace("#t=", ""));
-    const begin = Number.isFinite(hash) && location.hash ? hash
-      : run.live ? run.last_s : run.decided_s ?? run.begins_s ?? run.last_s;
-    void look(begin);
-    setFrom(begin);
-    setPlaying(run.live);
-    if (run.live) setSpeed(1000); // as fast as it comes
-  }, [run]);
-  useEffect(() => {
-    if (!playing || !known) return;
-    const stream = new EventSource(`/api/stream?at=${from}&speed=${speed}`);
-    stream.onmessage = (e) => { setLost(false); take(JSON.parse(e.data) as Moment); };
-    stream.onerror = () => setLost(true);
-    stream.addEventListener("end", () => { stream.close(); setPlaying(false); });
-    return () => stream.close();
-  }, [playing, speed, from, known]);
-  const seek = (at: number) => {
-    const to = Math.min(Math.max(0, at), run?.last_s ?? 0);
-    if (playing) { latest.current = to; setFrom(to); } else void look(to);
-  };
-  const toggle = () => { setFrom(latest.current); setPlaying(!playing); };
-  const choose = (s: number) => { setFrom(latest.current); setSpeed(s); };
-  const quicken = (by: number) => {
-    const near = SPEEDS.findIndex((s) => s >= speed);
-    choose(SPEEDS[Math.min(SPEEDS.length - 1, Math.max(0, near + by))]!);
-  };
-  return { now, playing, speed, lost, seek, toggle, quicken, choose };
-}
-
 function Transport({ run, player, theme, turn }: { run: Run; player: Player; theme: string; turn: () => void }) {
   const at = player.now?.at_s ?? 0, last = Math.max(run.last_s, at);
   return (
     <nav class="transport" aria-label="Replay">
-      <button type="button" onClick={player.toggle} aria-pressed={player.playing} title="Space">{player.playing ? "❚❚ Pause" : "▶ Play"}</button>
-      <label>Speed <select value={String(player.speed)} onChange={(e) => player.choose(Number(e.currentTarget.value))}>
-        {SPEEDS.map((s) => <option key={s} value={String(s)}>{s} ×</option>)}</select></label>
+      {run.live
+        ? <button type="button" onClick={player.toggle} aria-pressed={player.playing} title="Space">{player.playing ? "● Live" : "○ Back to live"}</button>
+        : <button type="button" onClick={player.toggle} aria-pressed={player.playing} title="Space">{player.playing ? "❚❚ Pause" : "▶ Play"}</button>}
+      {!run.live && <label>Speed <select value={String(player.speed)} onChange={(e) => player.choose(Number(e.currentTarget.value))}>
+        {SPEEDS.map((s) => <option key={s} value={String(s)}>{s} ×</option>)}</select></label>}
       <input type="range" min={0} max={Math.max(1, Math.round(last))} step={1} value={Math.round(at)} aria-label="Process time"
         aria-valuetext={`${moment(at)} of ${moment(last)}`} onInput={(e) => player.seek(Number(e.currentTarget.value))} />
       <span class="clock">{moment(at)} <span class="quiet">of {moment(last)} ({span(at)})</span></span>
-      {run.begins_s !== null && <button type="button" onClick={() => player.seek(run.begins_s!)} title="e">First symptom</button>}
+      {run.begins_s !== null && !run.live && <button type="button" onClick={() => player.seek(run.begins_s!)} title="e">First symptom</button>}
       <button type="button" onClick={turn} title="t">{theme === "dark" ? "Light" : "Dark"}</button>
-      {player.lost && <b class="warn" role="alert">△ The connection is lost: this is how it was at {moment(at)}.</b>}
+      {player.lost && !run.attached && <b class="warn" role="alert">△ The connection is lost: this is how it was at {moment(at)}.</b>}
     </nav>
   );
 }
@@ -108,18 +60,19 @@ function Log({ lines, at, seek }: { lines: Line[]; at: number; seek: (at: number
   );
 }
 
-function useKeys(run: Run | null, player: Player, turn: () => void, help: () => void) {
+function useKeys(run: Run | null, player: Player, turn: () => void, help: () => void, decide: (yes: boolean) => void, view: (name: View) => void) {
   useEffect(() => {
     const press = (e: KeyboardEvent) => {
       const on = e.target as HTMLElement;
-      if (e.ctrlKey || e.metaKey || e.altKey || /^(SELECT|TEXTAREA)$/.test(on.tagName)) return;
-      if (on.tagName === "INPUT" && /^(Arrow|Home|End|Page)/.test(e.key)) return;
+      if (e.ctrlKey || e.metaKey || e.altKey || /^(SELECT|TEXTAREA)$/.test(on.tagName) || document.querySelector("dialog[open]")) return;
+      if (on.tagName === "INPUT" && ((on as HTMLInputElement).type !== "range" || /^(Arrow|Home|End|Page)/.test(e.key))) return;
       if (e.key === " " && /^(BUTTON|SUMMARY)$/.test(on.tagName)) return;
       const at = player.now?.at_s ?? 0, step = e.shiftKey ? 60 : 10;
       const go: Record<string, () => void> = {
         " ": player.toggle, ArrowLeft: () => player.seek(at - step), ArrowRight: () => player.seek(at + step),
-        Home: () => player.seek(0), End: () => player.seek(run?.last_s ?? 0), "+": () => player.quicken(1), "-": () => player.quicken(-1),
-        t: turn, "?": help, e: () => run?.begins_s != null && player.seek(run.begins_s),
+        Home: () => player.seek(0), End: () => (run?.live ? player.follow() : player.seek(run?.last_s ?? 0)), "+": () => player.quicken(1), "-": () => player.quicken(-1),
+        6: () => view("alarms"), 7: () => view("trends"), 8: () => view("journal"), 0: () => view("plant"),
+        t: turn, "?": help, a: () => decide(true), r: () => decide(false), e: () => run?.begins_s != null && player.seek(run.begins_s),
         1: () => jump("card"), 2: () => jump("readings"), 3: () => jump("trends"), 4: () => jump("plant"), 5: () => jump("log"),
       };
       const act = go[e.key];
@@ -130,40 +83,75 @@ function useKeys(run: Run | null, player: Player, turn: () => void, help: () => 
   });
 }
 
+type View = "plant" | "alarms" | "trends" | "journal";
+const VIEWS: [View, string, string][] = [["plant", "Episode and plant", "0"], ["alarms", "Alarms", "6"], ["trends", "Trends", "7"], ["journal", "Journal", "8"]];
+
 function jump(id: string) {
   const part = document.getElementById(id);
   part?.focus({ preventScroll: true });
   part?.scrollIntoView({ block: "start" });
 }
 
+function useMe(): [Me | null, (me: Me) => void, () => void] {
+  const [me, setMe] = useState<Me | null>(null);
+  const look = useCallback(() => void ask<Me>("/api/me").then(setMe, () => {}), []);
+  useEffect(() => { look(); const again = setInterval(look, 60_000); return () => clearInterval(again); }, []);
+  return [me, setMe, look];
+}
+
 function App() {
+  const [me, setMe, lookAgain] = useMe();
+  useTheme();
+  if (!me) return <p class="big quiet">Reading the run …</p>;
+  if (me.people && !me.name) return <SignIn me={me} signed={setMe} title="Homeostat console" />;
+  return <Page key={me.name ?? ""} me={me} signed={setMe} lookAgain={lookAgain} />;
+}
+
+function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; lookAgain: () => void }) {
   const [run, setRun] = useState<Run | null>(null);
   const [failed, setFailed] = useState("");
   const [back, setBack] = useState(1800);
   const [helped, setHelped] = useState(false);
+  const [asked, order] = useState<Asked | null>(null);
   const [theme, turn] = useTheme();
-  const player = usePlayer(run);
-  useKeys(run, player, turn, () => setHelped(!helped));
-  const reload = useCallback(() => ask<Run>("/api/run").then(setRun, (e: Error) => setFailed(e.message)), []);
-  useEffect(() => { void reload(); }, []);
+  const [view, show] = useState<View>("plant");
+  const player = usePlayer(run, lookAgain);
   const now = player.now;
+  const atHead = run !== null && run.live && player.playing;
+  const offer = now && mayOrder(me) && atHead ? offered(now.card, now) : undefined;
+  useKeys(run, player, turn, () => setHelped(!helped), (yes) => {
+    if (offer && now?.card?.proposal) order((yes ? approving : rejecting)(offer, now.card.proposal));
+  }, show);
+  const reload = useCallback(() => ask<Run>("/api/run").then((found) => { setRun(found); setFailed(""); }, (e: Error) => {
+    if (e instanceof Refused && e.status === 401) lookAgain(); else setFailed(e.message);
+  }), []);
+  useEffect(() => { void reload(); }, []);
   // A run that goes on has new lines, and some day its readings.
   const told = useRef(0);
   useEffect(() => {
-    if (run && !run.closed && Date.now() - told.current > 3000) { told.current = Date.now(); void reload(); }
+    if (run && !run.closed && performance.now() - told.current > 3000) { told.current = performance.now(); void reload(); }
   }, [now?.overview, now && Math.floor(now.at_s / 30)]);
   const trends = useMemo(() => run?.panels ?? [], [run]);
-  if (failed) return <p class="big" role="alert">■ The console does not answer: {failed}</p>;
+  if (failed && !run) return <p class="big" role="alert">■ The console does not answer: {failed}</p>;
   if (!run || !now) return <p class="big quiet">Reading the run …</p>;
   document.title = `${now.overview?.alarm ? "△ " : ""}${run.title}`;
+  const writable = run.tags.filter((t) => now.targets[t.name] !== undefined).map((t) => t.name);
   return (
     <>
-      <header><OverviewLine title={run.title} now={now} /></header>
+      <header><OverviewLine title={run.title} now={now} />
+        <div class="desk"><Orders me={me} now={now} tags={writable} order={order} /><Who me={me} signed={signed} /></div></header>
+      <Freshness run={run} player={player} />
       <Transport run={run} player={player} theme={theme} turn={turn} />
+      <nav class="views" aria-label="Views">{VIEWS.filter(([name]) => name !== "trends" || run.measured).map(([name, text, key]) => (
+        <button type="button" key={name} aria-pressed={view === name} title={key} onClick={() => show(name)}>{text}{name === "alarms" && now.overview?.folded.length ? ` (${now.overview.folded.length})` : ""}</button>))}</nav>
       {run.notice && <p class={run.live ? "notice calm" : "notice"} role="status">{run.live ? "" : "△ "}{run.notice}</p>}
-      {helped && <p class="notice">Space: play or pause. ← →: 10 s, with Shift 60 s. Home, End. + −: speed. e: first symptom. t: theme. 1 card, 2 readings, 3 trends, 4 plant, 5 events.</p>}
-      <main class={run.measured ? "" : "single"}>
-        <EpisodeCard run={run} now={now} />
+      {helped && <p class="notice">Space: play or pause. ← →: 10 s, with Shift 60 s. Home, End. + −: speed. e: first symptom. t: theme. a: approve, r: reject. 1 card, 2 readings, 3 trends, 4 plant, 5 events. 6 alarms, 7 trends of any tags, 8 journal, 0 back.</p>}
+      <main class={`${run.measured && view === "plant" ? "" : "single"} ${now.fresh?.old || player.silent_s || player.lost ? "old" : ""}`}>
+        {view === "alarms" && <Alarms now={now} me={me} order={order} />}
+        {view === "trends" && <Explorer run={run} at={Math.max(now.at_s, 1)} theme={theme} />}
+        {view === "journal" && <JournalView seek={(to) => { player.seek(to); show("plant"); }} />}
+        {view === "plant" && <>
+        <EpisodeCard run={run} now={now} decision={offer && now.card?.proposal && <Decision offer={offer} proposal={now.card.proposal} now={now} order={order} />} />
         {run.measured && <div class="side">
           <section id="readings" tabIndex={-1} aria-label="Readings"><h2>Readings</h2>
             <Indicators run={run} now={now} />
@@ -176,8 +164,10 @@ function App() {
         {run.sheet && <section id="plant" class="wide" tabIndex={-1} aria-label="Plant"><h2>Plant</h2>
           <Flowsheet run={run} sheet={run.sheet} now={now} /></section>}
         <Log lines={run.lines} at={now.at_s} seek={player.seek} />
+        </>}
       </main>
       <footer class="quiet">Keys: press ?</footer>
+      {asked && <OrderDialog asked={asked} me={me} now={now} close={() => order(null)} />}
     </>
   );
 }

@@ -42,6 +42,7 @@ export function OverviewLine({ title, now }: { title: string; now: Moment }) {
         {o.latched && <Fact name="Latched" strong>■ {o.latched}</Fact>}
         {o.out_of_service.length > 0 && (
           <Fact name="Out of service">{o.out_of_service.map(([tag, why]) => `${tag}: ${why}`).join("; ")}</Fact>)}
+        {o.shelved > 0 && <Fact name="Shelved">{o.shelved} {o.shelved === 1 ? "alarm" : "alarms"}</Fact>}
         {o.finished && <Fact name="Ended">{o.finished}</Fact>}
       </dl>
     </section>

@@ -14,7 +14,7 @@ export interface Sheet { width: number; height: number; boxes: Box[]; arrows: Ar
 export interface Panel { title: string; unit: string; tags: string[] }
 export interface Line { at_s: number; label: string; text: string; tone: string }
 export interface Run {
-  title: string; notice: string; live: boolean; closed: boolean; measured: boolean; last_s: number;
+  title: string; notice: string; live: boolean; closed: boolean; attached: boolean; measured: boolean; last_s: number;
   begins_s: number | null; decided_s: number | null; tags: Tag[]; panels: Panel[]; sheet: Sheet | null; lines: Line[];
 }
 
@@ -22,8 +22,9 @@ export interface Raised { alarm: string; cause: string; priority: string; since_
 export interface Overview {
   mode: string; requested: string; shed: string; state: string; level: string; alarm: string; alarm_s: number | null;
   folded: Raised[]; act_by_s: number | null; fallback: string; waiting: string; latched: string;
-  out_of_service: [string, string][]; finished: string;
+  out_of_service: [string, string][]; shelved: number; finished: string; offers: Offer[];
 }
+export interface Offer { request: string; digest: string; proposer: string; since_s: number; void_s: number }
 export interface Symptom {
   rule: string; text: string; at_s: number | null; value: number | null; times: number | null;
   threshold: number | null; unit: string; feature: string;
@@ -61,18 +62,51 @@ export interface Card {
 export interface Moment {
   at_s: number; sampled_s: number; values: Record<string, number | null>;
   quality: Record<string, [string, string]>; targets: Record<string, number | null>; violated: string[];
-  overview: Overview | null; card: Card | null;
+  fresh: Fresh | null; overview: Overview | null; card: Card | null;
 }
+export interface Fresh { age_s: number | null; old: boolean; trouble: string; thinking: string }
 export interface Trend { times_s: number[]; series: [string, (number | null)[]][] }
 export interface FeatureTrend { trend: Trend; unit: string; band: [number, number] }
+
+export interface ListedAlarm {
+  alarm: string; cause: string; priority: string; state: string; raised_s: number; returned_s: number | null;
+  acknowledged_s: number | null; acknowledged_by: string; shelved_by: string; shelved_until_s: number | null;
+  shelved_why: string; first: boolean; times: number;
+}
+export interface AlarmList { standing: ListedAlarm[]; shelved: ListedAlarm[]; past: ListedAlarm[]; within: number; flood: boolean }
+export interface JournalLine { number: number; at_s: number; kind: string; text: string }
+export interface JournalPage { lines: JournalLine[]; kinds: string[]; more: boolean; trouble: string }
+export interface Verified { whole: boolean; closed: boolean; signed: number; lines: number; text: string }
+export interface Me { people: boolean; orders: boolean; name: string | null; access: "viewer" | "operator" | "engineer" | null; token: string | null }
+export interface Came { done: boolean; reason: string; counts: boolean }
+
+// What the server does not do, with its number: 401 where somebody must sign in, 0 where nothing came back.
+export class Refused extends Error {
+  constructor(text: string, readonly status: number, readonly unknown = false) { super(text); }
+}
+
+async function answered<T>(path: string, init?: RequestInit): Promise<T> {
+  let answer: Response, content: { error?: string; unknown?: boolean };
+  try {
+    answer = await fetch(path, init);
+    content = await answer.json();
+  } catch {
+    throw new Refused("no answer came", 0, true);
+  }
+  if (!answer.ok) throw new Refused(content.error ?? answer.statusText, answer.status, content.unknown ?? false);
+  return content as T;
+}
+
+export async function send<T>(method: "POST" | "DELETE", path: string, content: object, token: string | null): Promise<T> {
+  const headers: Record<string, string> = { "Content-Type": "application/json" };
+  if (token) headers["X-Homeostat-Token"] = token;
+  return answered<T>(path, { method, headers, body: JSON.stringify(content), signal: AbortSignal.timeout(30_000) });
+}
 
 export async function ask<T>(path: string, query: Record<string, string | number | string[]> = {}): Promise<T> {
   const words = new URLSearchParams();
   for (const [name, value] of Object.entries(query)) {
     for (const each of Array.isArray(value) ? value : [value]) words.append(name, String(each));
   }
-  const answer = await fetch(`${path}?${words}`);
-  const content = await answer.json();
-  if (!answer.ok) throw new Error(content.error ?? answer.statusText);
-  return content as T;
+  return answered<T>(`${path}?${words}`);
 }

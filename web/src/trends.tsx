@@ -4,9 +4,9 @@ import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import { ask, type FeatureTrend, type Panel, type Run, type Trend } from "./told";
 
-const DASHES = [[], [6, 4], [2, 3], [8, 3, 2, 3]];
+export const DASHES = [[], [6, 4], [2, 3], [8, 3, 2, 3]];
 
-function colour(name: string): string {
+export function colour(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 

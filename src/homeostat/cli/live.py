@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import final
 
 from homeostat.cli.commands.console import known_plant
+from homeostat.cli.serving import serving
 from homeostat.console.opened import OpenedRun
+from homeostat.console.people.people import People
 from homeostat.console.readings import Gathered
 from homeostat.console.server.app import application
 from homeostat.console.server.serve import listening, serve
@@ -18,10 +20,14 @@ from homeostat.plants.plant import Plant
 class LivePage:
     """The page of one run, served by a thread of this process on a free port; whoever looks never holds the run up."""
 
-    def __init__(self, plant: Plant, run_dir: Path) -> None:
-        """Serve the page of the run that is about to begin in ``run_dir``; a terminal gets a browser, too."""
+    def __init__(self, plant: Plant, run_dir: Path, people: People | None) -> None:
+        """Serve the page of the run that is about to begin in ``run_dir``; a terminal gets a browser, too.
+
+        ``people`` may look and order; where there are none, whoever is on this machine looks.
+        """
         self._gathered = Gathered(tag.name for tag in plant.description.tags)
-        app = application(OpenedRun(run_dir, known_plant(plant), self._gathered))
+        run = OpenedRun(run_dir, known_plant(plant), self._gathered)
+        app = application(run, serving(people, run_dir, True))
         what = (app, listening(0), sys.stdout.isatty(), _tell)
         threading.Thread(target=serve, args=what, daemon=True).start()
 

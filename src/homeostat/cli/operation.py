@@ -81,6 +81,8 @@ PACE: Final = 10.0
 
 def check(options: argparse.Namespace) -> None:
     """Settle the pace; UsageError where time would pass in two ways."""
+    if options.people is not None and not options.console:
+        raise UsageError("--people is for the page of the run: add --console")
     if (options.mode == "approve" or options.console) and options.pace is None:
         options.pace = PACE
     if options.pace is not None and (options.thinking_declared is not None or options.thinking_scale != 1.0):

@@ -1,19 +1,24 @@
 """A run that is shown: its journal, read again as it grows, its readings, and its plant."""
 
 import fcntl
+import threading
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from homeostat.console.readings import Gathered, Readings, ReadingsError
+from homeostat.console.situation import Situation, situation
+from homeostat.console.watched import Fresh, Watched
 from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.flowsheet import Flowsheet
-from homeostat.journal import BrokenChain, RunStarted, read_events
+from homeostat.journal import BrokenChain, RunStarted
 from homeostat.journal.beside.files import JOURNAL, MANIFEST
 from homeostat.journal.memory import Entry
+from homeostat.journal.tail import Tail
 from homeostat.record.decode import DecodeError, decode
+from homeostat.record.directory import TRAJECTORY
 from homeostat.record.figure.panel import Panel
 from homeostat.record.story.line import Line
 from homeostat.record.story.story import Story
@@ -45,24 +50,38 @@ class KnownPlant:
 
 
 class OpenedRun:
-    """A run directory as it is now."""
+    """A run directory as it is now; any thread may ask."""
 
-    def __init__(self, run_dir: Path, plant: KnownPlant, gathered: Gathered | None = None) -> None:
-        """Read the run in ``run_dir``, whose plant is ``plant``; ``gathered`` has readings that are not kept yet."""
-        self.run_dir, self.plant, self._gathered = run_dir, plant, gathered
+    def __init__(
+        self, run_dir: Path, plant: KnownPlant, gathered: Gathered | None = None, watched: Watched | None = None
+    ) -> None:
+        """Read the run in ``run_dir``, whose plant is ``plant``.
+
+        ``gathered`` has readings that are not kept yet; ``watched`` is the service that keeps the plant attached.
+        """
+        self.run_dir, self.plant, self._gathered, self._watched = run_dir, plant, gathered, watched
         self._stored: Readings | None = None
-        self._size = -1
-        self._entries: tuple[Entry, ...] = ()
-        self.lines: tuple[Line, ...] = ()
-        """The story, without what was truly wrong."""
+        self._kept = 0
+        self._tail, self._reading = Tail(run_dir), threading.Lock()
+        self._entries: list[Entry] = []
+        self._lines: list[Line] = []
+        self._story: Story | None = None
+        self._untold = ""
+        self._stood = (0, Situation())
         self.trouble = ""
         """Why the record cannot be read further; empty where it can."""
+        self._begin()
         self.refresh()
 
     @property
     def entries(self) -> Sequence[Entry]:
         """Everything that happened, in order."""
         return self._entries
+
+    @property
+    def lines(self) -> Sequence[Line]:
+        """The story, without what was truly wrong."""
+        return self._lines
 
     @property
     def readings(self) -> Readings | None:
@@ -72,9 +91,19 @@ class OpenedRun:
         return self._stored
 
     @property
+    def attached(self) -> bool:
+        """Whether it is a plant that is attached: its service may be begun again, and goes on in the same journal."""
+        return self._watched is not None
+
+    @property
+    def fresh(self) -> Fresh | None:
+        """How fresh the service's answers are; None where it is a run."""
+        return None if self._watched is None else self._watched.fresh
+
+    @property
     def closed(self) -> bool:
         """Whether the run was closed: nothing comes any more."""
-        return (self.run_dir / MANIFEST).is_file()
+        return not self.attached and (self.run_dir / MANIFEST).is_file()
 
     @property
     def last_s(self) -> float:
@@ -84,24 +113,46 @@ class OpenedRun:
         return max(told, readings.last_s if readings else 0.0)
 
     def refresh(self) -> bool:
-        """Read the journal again where it has grown; whether it had."""
+        """Read on in the journal where it has grown; whether it had."""
+        with self._reading:
+            if self._tail.replaced():
+                self._begin()
+            before = len(self._entries)
+            self._read()
+            self._measure()
+            return len(self._entries) != before
+
+    def _measure(self) -> None:
+        """Read what was measured as soon as it is kept."""
         try:
-            size = (self.run_dir / JOURNAL).stat().st_size
+            kept = (self.run_dir / TRAJECTORY).stat().st_mtime_ns
         except OSError:
-            size = 0
-        if size == self._size:
-            return False
-        self._size = size
-        self._read()
+            return
+        if kept == self._kept:
+            return
+        self._kept = kept
         try:
             self._stored = Readings.of(self.run_dir)
         except ReadingsError as error:
-            self.trouble = self.trouble or str(error)
-        return True
+            self._untold = self.trouble = self._untold or str(error)
+
+    def count(self, at_s: float) -> int:
+        """Number of the events that had happened at process time ``at_s`` [s]."""
+        return bisect_right(self._entries, at_s, key=lambda entry: entry.at_s)
 
     def until(self, at_s: float) -> tuple[Entry, ...]:
         """Everything that had happened at process time ``at_s`` [s]."""
-        return self._entries[: bisect_right(self._entries, at_s, key=lambda entry: entry.at_s)]
+        return tuple(self._entries[: self.count(at_s)])
+
+    def stands(self, at_s: float) -> Situation:
+        """Where the run stood at process time ``at_s`` [s]; what is later than what was asked before is only added."""
+        count = self.count(at_s)
+        known, stood = self._stood
+        if known == count:
+            return stood
+        found = situation(self._entries[known:count], stood) if known < count else situation(self._entries[:count])
+        self._stood = count, found
+        return found
 
     def goes_on(self) -> bool:
         """Whether a process writes the run now: it holds the lock of the journal."""
@@ -114,22 +165,30 @@ class OpenedRun:
             return False
         return False
 
+    def _begin(self) -> None:
+        """Nothing was read yet."""
+        self._entries, self._lines, self._untold = [], [], ""
+        self._story = Story(self.plant.description)  # a directory may be called after what is wrong
+        self._stood = 0, Situation()
+
     def _read(self) -> None:
-        entries: list[Entry] = []
-        lines: list[Line] = []
-        self.trouble = ""
-        story: Story | None = Story(self.plant.description)  # a directory may be called after what is wrong
+        trouble = ""
         try:
-            for record in read_events(self.run_dir):
+            for record in self._tail.more():
                 event = decode(record)
                 if event is None:
                     continue
-                entries.append(Entry(max(record.at_s, entries[-1].at_s if entries else 0.0), event))
-                if story is not None and not isinstance(event, RunStarted):
+                before_s = self._entries[-1].at_s if self._entries else 0.0
+                self._entries.append(Entry(max(record.at_s, before_s), event))
+                if self._story is not None and not isinstance(event, RunStarted):
                     try:
-                        lines += [x for x in story.tell(event, record.happened_s) if x.label not in _TRUTH]
+                        told = self._story.tell(event, record.happened_s)
+                        self._lines += [line for line in told if line.label not in _TRUTH]
                     except _UNTOLD as error:
-                        story, self.trouble = None, f"event {record.seq} cannot be told in the plant's words: {error!r}"
-        except (BrokenChain, DecodeError, OSError) as error:
-            self.trouble = str(error)
-        self._entries, self.lines = tuple(entries), tuple(lines)
+                        self._story = None
+                        self._untold = f"event {record.seq} cannot be told in the plant's words: {error!r}"
+        except DecodeError as error:  # what follows it is read all the same
+            self._untold = self._untold or str(error)
+        except (BrokenChain, OSError) as error:
+            trouble = str(error)
+        self.trouble = trouble or self._untold

@@ -6,9 +6,12 @@ from homeostat.console.card.card import Card
 from homeostat.console.card.proposal import state_label
 from homeostat.console.situation import Situation
 from homeostat.domain.alarm import Priority
+from homeostat.domain.mode import Mode
 from homeostat.domain.plant.description import PlantDescription
+from homeostat.guard.settings import GuardSettings
 
 _ORDER = tuple(Priority)
+_NOBODY_WRITES = frozenset(mode.value for mode in Mode if not mode.writes)
 _THINKS_S = 60.0
 """After the last sign that recovery works on an answer, how long it is said to do so [s]."""
 
@@ -27,6 +30,22 @@ class RaisedAlarm:
     """When it was raised [s]."""
     acknowledged: bool
     """Whether a person has seen it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """A request that waits for a person's yes."""
+
+    request: str
+    """Identifier."""
+    digest: str
+    """Digest of what would be written."""
+    proposer: str
+    """Who proposed it."""
+    since_s: float
+    """Since when it waits [s]."""
+    void_s: float
+    """When it is void at the latest [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,14 +78,22 @@ class Overview:
     """Why a person must reset the latch; empty where it is not latched."""
     out_of_service: tuple[tuple[str, str], ...]
     """Tags that may not be written, each with why."""
+    shelved: int
+    """Number of alarms that are out of sight."""
     finished: str
     """How the run ended; empty while it goes on."""
+    offers: tuple[Offer, ...]
+    """Requests that wait for a person, the oldest first."""
 
 
 def overview(now: Situation, card: Card | None, plant: PlantDescription, at_s: float) -> Overview:
     """The line at ``at_s`` [s], from where the run stands and its card."""
     folded = sorted(
-        (RaisedAlarm(a.alarm, a.cause, a.priority.value, since_s, seen) for a, since_s, seen in now.alarms.values()),
+        (
+            RaisedAlarm(a.alarm, a.cause, a.priority.value, since_s, seen)
+            for a, since_s, seen in now.alarms.values()
+            if a.alarm not in now.shelved
+        ),
         key=lambda raised: (-_ORDER.index(Priority(raised.priority)), raised.since_s),
     )
     open_card = card if card is not None and card.over_s is None else None
@@ -84,8 +111,18 @@ def overview(now: Situation, card: Card | None, plant: PlantDescription, at_s: f
         waiting=_waiting(now, open_card, at_s),
         latched=now.latched,
         out_of_service=tuple(sorted(now.out_of_service.items())),
+        shelved=len(now.shelved & now.alarms.keys()),
         finished=now.finished.replace("_", " "),
+        offers=tuple(
+            Offer(request, said.digest, said.proposer, since_s, since_s + person_s(plant))
+            for request, (said, since_s) in now.offered.items()
+        ),
     )
+
+
+def person_s(plant: PlantDescription) -> float:
+    """How long a request may wait for a person [s]."""
+    return GuardSettings().for_ticks(plant.timing.tick_s).person_s
 
 
 def _level(now: Situation, card: Card | None, folded: list[RaisedAlarm]) -> str:
@@ -108,6 +145,9 @@ def _waiting(now: Situation, card: Card | None, at_s: float) -> str:
         return "nothing: the run has ended"
     if now.latched:
         return "a person: reset the latch"
+    critical = any(alarm.priority is Priority.CRITICAL for alarm, _, _ in now.alarms.values())
+    if critical and now.mode in _NOBODY_WRITES:
+        return f"a person at the plant: in mode {now.mode!r} nothing is written"
     if now.offered:
         return "a person: approve or reject the proposal"
     if now.accepted:

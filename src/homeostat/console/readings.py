@@ -17,6 +17,8 @@ _MEASURED: Final = "measured "
 """Begin of the columns that instruments have filled."""
 _ROOM: Final = 4096
 """Moments for which there is room at first."""
+MOST: Final = 200_000
+"""Most moments that are kept of a run that goes on: more than two days of one a second."""
 _FEWEST: Final = 20
 """Samples below which nothing is called usual."""
 
@@ -93,30 +95,42 @@ class Readings:
 class Gathered:
     """Readings of a run that goes on, taken one moment after the other; another thread may ask for them meanwhile."""
 
-    def __init__(self, tags: Iterable[str]) -> None:
-        """Nothing of ``tags`` was read yet."""
-        self._times = np.empty(_ROOM)
-        self._signals = {tag: np.empty(_ROOM) for tag in tags}
-        self._count = 0
+    def __init__(self, tags: Iterable[str], most: int = MOST) -> None:
+        """Nothing of ``tags`` was read yet; of more than ``most`` moments the oldest are let go."""
+        self._most, room = most, min(_ROOM, most)
+        self._kept = Readings(np.empty(room), {tag: np.empty(room) for tag in tags}), 0
 
     def __call__(self, snapshot: Snapshot) -> None:
         """Take what the plant says; what is no later than what was taken before is left out."""
-        count = self._count
-        if count and snapshot.at_s <= self._times[count - 1]:
+        held, count = self._kept
+        if count and snapshot.at_s <= held.times_s[count - 1]:
             return
-        if count == self._times.size:
-            self._times = np.resize(self._times, 2 * count)
-            self._signals = {tag: np.resize(values, 2 * count) for tag, values in self._signals.items()}
-        self._times[count] = snapshot.at_s
-        for tag, values in self._signals.items():
+        if count == held.times_s.size:
+            held, count = self._with_room(held)
+        held.times_s[count] = snapshot.at_s
+        for tag, values in held.signals.items():
             values[count] = snapshot.values.get(tag, np.nan)
-        self._count = count + 1  # last: what is counted is there
+        self._kept = held, count + 1  # last, and at once: what is counted is there
+
+    def _with_room(self, full: Readings) -> tuple[Readings, int]:
+        """The same in arrays with room behind it, and how many moments of it are there still."""
+        size = full.times_s.size
+        kept = size if size < self._most else size - max(1, size // 4)
+        room = min(2 * size, self._most) if kept == size else size
+
+        def moved(values: Values) -> Values:
+            made = np.empty(room)
+            made[:kept] = values[size - kept :]
+            return made
+
+        return Readings(moved(full.times_s), {tag: moved(v) for tag, v in full.signals.items()}), kept
 
     def readings(self) -> Readings | None:
         """What was taken so far; None where that is nothing."""
-        count, times, signals = self._count, self._times, self._signals
-        count = min(count, times.size, *(values.size for values in signals.values()))
-        return Readings(times[:count], {tag: values[:count] for tag, values in signals.items()}) if count else None
+        held, count = self._kept
+        if not count:
+            return None
+        return Readings(held.times_s[:count], {tag: values[:count] for tag, values in held.signals.items()})
 
 
 def thinned(times_s: Values, series: Iterable[Values], width: int) -> NDArray[np.int64]:

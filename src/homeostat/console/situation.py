@@ -1,7 +1,7 @@
 """Where a run stands at one moment: mode, state, targets, alarms, quality, what is waited for; a fold of its events."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from homeostat.domain.events.guard import (
     Armed,
@@ -9,6 +9,7 @@ from homeostat.domain.events.guard import (
     QualityChanged,
     RequestAnswered,
     SequenceLoaded,
+    StartUpEnded,
     StateEntered,
     StepTaken,
 )
@@ -16,6 +17,8 @@ from homeostat.domain.events.people import (
     AlarmAcknowledged,
     AlarmRaised,
     AlarmReturned,
+    AlarmShelved,
+    AlarmUnshelved,
     ModeEntered,
     PersonHeard,
     ServiceChanged,
@@ -53,6 +56,8 @@ class Situation:
     """Why nothing more is released until a person resets the latch; empty where it is not latched."""
     state: str = ""
     """State of the machine; empty before it is told."""
+    started: bool = False
+    """Whether start-up is over."""
     targets: dict[str, float | None] = field(default_factory=dict)
     """Writable tag -> target that it was last given; None for automatic."""
     quality: dict[str, tuple[str, str]] = field(default_factory=dict)
@@ -61,6 +66,8 @@ class Situation:
     """Tag that the guard may not write -> why."""
     alarms: dict[str, tuple[AlarmRaised, float, bool]] = field(default_factory=dict)
     """Alarm that stands -> what it says, since when [s], and whether a person has seen it."""
+    shelved: set[str] = field(default_factory=set)
+    """Alarms that a person has taken out of sight for a time."""
     offered: dict[str, tuple[RequestAnswered, float]] = field(default_factory=dict)
     """Request that waits for a person's yes -> what the guard said, and since when [s]."""
     accepted: str = ""
@@ -79,19 +86,35 @@ class Situation:
     """When the run is to end [s]; None where it does not say."""
 
 
-def situation(entries: Iterable[Entry]) -> Situation:
-    """Where a run stands after ``entries``."""
-    now = Situation()
+def situation(entries: Iterable[Entry], before: Situation | None = None) -> Situation:
+    """Where a run stands after ``entries``, which follow on where it stood ``before``; that stays as it is."""
+    now = Situation() if before is None else _copied(before)
     for entry in entries:
         for take in (_of_guard, _of_people, _of_recovery):
             take(now, entry.event, entry.at_s)
     return now
 
 
+def _copied(before: Situation) -> Situation:
+    return replace(
+        before,
+        targets=dict(before.targets),
+        quality=dict(before.quality),
+        out_of_service=dict(before.out_of_service),
+        alarms=dict(before.alarms),
+        shelved=set(before.shelved),
+        offered=dict(before.offered),
+    )
+
+
 def _of_guard(now: Situation, event: Event, at_s: float) -> None:
     match event:
         case GuardStarted():
-            now.mode = now.requested = event.mode
+            now.mode, now.requested, now.finished = event.mode, event.mode, ""
+            now.shelved, now.alarms = set(), {}  # and raises what lasts once more
+            now.offered, now.accepted = {}, ""  # a guard that begins again knows of no request
+        case StartUpEnded():
+            now.started = True
         case StateEntered() | StepTaken() | SequenceLoaded():
             now.state = event.state or now.state
         case TargetsHeld():
@@ -132,6 +155,10 @@ def _of_people(now: Situation, event: Event, at_s: float) -> None:
         case AlarmAcknowledged() if event.alarm in now.alarms:
             raised, since_s, _ = now.alarms[event.alarm]
             now.alarms[event.alarm] = (raised, since_s, True)
+        case AlarmShelved():
+            now.shelved.add(event.alarm)
+        case AlarmUnshelved():
+            now.shelved.discard(event.alarm)
         case LatchReset():
             now.latched, now.state = "", event.state or now.state
             now.mode = now.requested = "observe"

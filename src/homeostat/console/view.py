@@ -4,16 +4,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from homeostat.console.card.card import Card
-from homeostat.console.card.episode import card, first_decided_s, first_seen_s
+from homeostat.console.card.episode import card, first_decided_s, first_seen_s, last_episode
 from homeostat.console.drawn import DrawnPanel, DrawnSheet, DrawnTag, drawn_panels, drawn_sheet, drawn_tags, violated
 from homeostat.console.opened import OpenedRun
 from homeostat.console.overview import Overview, overview
-from homeostat.console.situation import situation
+from homeostat.console.watched import Fresh
 from homeostat.domain.events.guard import StartUpEnded, StateEntered
 from homeostat.journal.memory import Entry
 from homeostat.record.run_record import RunRecord
 from homeostat.record.story.line import Line
 
+_MOST_EVENTS = 20_000
+"""Most events, the last ones, that a card is made from."""
 _MOST_LINES = 2000
 """Most lines of the story that the page gets; of a longer one the last ones."""
 
@@ -30,6 +32,8 @@ class Shown:
     """Whether a process writes the run now."""
     closed: bool
     """Whether the run was closed."""
+    attached: bool
+    """Whether it is a plant that is attached."""
     measured: bool
     """Whether its readings are kept."""
     last_s: float
@@ -64,6 +68,8 @@ class Seen:
     """Writable tag -> its target; None for automatic."""
     violated: tuple[str, ...]
     """Names of the limits that the readings violate, start-up apart."""
+    fresh: Fresh | None
+    """How fresh that is; None where it is a run."""
     overview: Overview | None = None
     """The line above; None where nothing of it has changed."""
     card: Card | None = None
@@ -76,22 +82,27 @@ def shown(run: OpenedRun) -> Shown:
     begins_s = first_seen_s(entries)
     until_s = run.last_s if begins_s is None else begins_s
     readings = run.readings
+    if run.attached:  # what came in weeks does not say what is usual now
+        episode = last_episode(entries)
+        until_s = run.last_s if episode is None or episode.over_s is not None else episode.entries[0].at_s
+        until_s = until_s if run.stands(run.last_s).started else -1.0
     healthy = slice(0, 0) if readings is None else readings.between(_settled_s(entries, until_s), until_s)
-    going, closed = run.goes_on(), run.closed
+    closed, going = run.closed, run.attached or run.goes_on()
     notices = [plant.notice, run.trouble]
-    if not closed:
+    if not closed and not run.attached:
         notices.append(
             "The run goes on; this page follows it."
             if going
             else "The run did not come to its end; it is shown as far as it came."
         )
-    if readings is None:
+    if readings is None and not run.attached:
         notices.append("Its readings are not kept: they are stored when a run ends.")
     return Shown(
         title=plant.title,
         notice=" ".join(text for text in notices if text),
         live=going,
         closed=closed,
+        attached=run.attached,
         measured=readings is not None,
         last_s=run.last_s,
         begins_s=begins_s,
@@ -99,7 +110,7 @@ def shown(run: OpenedRun) -> Shown:
         tags=drawn_tags(plant, readings, healthy),
         panels=drawn_panels(plant),
         sheet=drawn_sheet(plant),
-        lines=run.lines[-_MOST_LINES:],
+        lines=tuple(run.lines[-_MOST_LINES:]),
     )
 
 
@@ -113,14 +124,12 @@ def seen(run: OpenedRun, at_s: float, whole: bool = True) -> Seen:
     """The run at ``at_s`` [s]; overview and card only where the ``whole`` of it is wanted."""
     readings = run.readings
     sampled_s, values = readings.at(at_s) if readings is not None else (at_s, {})
-    entries = run.until(at_s)
-    now = situation(entries)
-    started = any(isinstance(entry.event, StartUpEnded) for entry in entries)
-    broken = violated(values, run.plant.description) if started else ()
-    at = at_s, sampled_s, values, now.quality, now.targets, broken
+    now = run.stands(at_s)
+    broken = violated(values, run.plant.description) if now.started else ()
+    at = at_s, sampled_s, values, now.quality, now.targets, broken, run.fresh
     if not whole:
         return Seen(*at)
-    shown_card = card(recorded(entries), run.plant, readings, at_s)
+    shown_card = card(recorded(run.until(at_s)[-_MOST_EVENTS:]), run.plant, readings, at_s)
     return Seen(*at, overview(now, shown_card, run.plant.description, at_s), shown_card)
 
 

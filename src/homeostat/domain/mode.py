@@ -39,7 +39,7 @@ class Role(StrEnum):
     """What a person may order."""
 
     OPERATOR = "operator"
-    """Approves, rejects, acknowledges, takes tags in and out of service."""
+    """Approves, rejects, acknowledges, shelves, takes tags in and out of service."""
     ENGINEER = "engineer"
     """Also changes the mode and resets a latch."""
 
@@ -54,6 +54,8 @@ class Verb(StrEnum):
     IN_SERVICE = "in-service"
     OUT_OF_SERVICE = "out-of-service"
     ACKNOWLEDGE = "acknowledge"
+    SHELVE = "shelve"
+    UNSHELVE = "unshelve"
     FALL_BACK = "fall-back"
     START = "start"
 
@@ -78,3 +80,5 @@ class PersonCommand:
     """Why, in the person's words."""
     age_s: float = 0.0
     """How old it was when it was delivered, by the clock of whoever delivers it [s]; 0 where it is given here."""
+    seconds: float = 0.0
+    """For how long an alarm is shelved, in process time [s]; 0 for every other order."""

@@ -256,6 +256,7 @@ class Guard:
         return self._steps.objection(write, readings)
 
     def _hear(self, sample: Snapshot | None) -> None:
+        self._persons.expire(self._now_s)
         self._hearing.hear(self._seen, self._now_s)
 
     def _takers(self) -> dict[type, Callable[[Any], None]]:

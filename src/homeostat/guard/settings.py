@@ -27,7 +27,7 @@ class GuardSettings:
     order_s: float = 60.0
     """Oldest order of a person that is carried out, between its issue and its delivery, wall-clock [s]."""
     persons: int = 1
-    """People who must agree to a reset: one in simulation, two on a link."""
+    """People who must agree to a reset and to closed loop: one in simulation, two on a link."""
     sync_s: float = 0.1
     """Longest wait for the journal, wall-clock [s]; a fallback waits 0.1 s at most, and goes without its sync then."""
     call_s: float = 0.2

@@ -69,7 +69,7 @@ def scan(path: Path) -> Iterator[Line]:
             if not ended.endswith(b"\n"):
                 return
             raw = ended[:-1]
-            record = _follow(number, raw, last)
+            record = follow(number, raw, last)
             last = digest(raw)
             yield Line(record, raw)
 
@@ -79,8 +79,8 @@ def parse(line: bytes) -> Record:
     return _parts(line)[0]
 
 
-def _follow(number: int, raw: bytes, last: str) -> Record:
-    """The record of line ``number`` if the line follows one whose digest is ``last``."""
+def follow(number: int, raw: bytes, last: str) -> Record:
+    """The record of line ``number`` if the line follows one whose digest is ``last``; else BrokenChain."""
     confirmed = max(number - 2, 0)  # nothing confirms the line before this one unless this one is sound
     try:
         record, prev = _parts(raw)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from homeostat.domain.events.guard import RequestAnswered
+from homeostat.domain.events.guard import GuardStarted, RequestAnswered
 from homeostat.domain.events.people import PersonHeard
 from homeostat.domain.request import RequestStatus
 from homeostat.journal.beside.files import JOURNAL, MANIFEST
@@ -45,6 +45,8 @@ def waiting(events: Iterable[Record]) -> tuple[Waiting, ...]:
     """Requests that ``events``, in order, leave waiting for a person, the oldest first."""
     found: dict[str, Waiting] = {}
     for event in events:
+        if event.kind == GuardStarted.kind:  # one that begins again knows of no request
+            found.clear()
         if event.kind != RequestAnswered.kind:
             continue
         fields = event.fields

@@ -39,11 +39,13 @@ class Order(BaseModel):
     subject: str = Field(default="", max_length=_TEXT)
     digest: str = Field(default="", max_length=_TEXT)
     reason: str = Field(default="", max_length=_TEXT)
+    seconds: float = Field(default=0.0, ge=0.0, allow_inf_nan=False)
 
     def command(self, now_s: float) -> PersonCommand:
         """As the guard is told at ``now_s``, in seconds since 1970 as :attr:`issued_s` is."""
+        about = self.subject, self.digest, self.reason
         return PersonCommand(
-            self.id, self.person, self.role, self.verb, self.subject, self.digest, self.reason, now_s - self.issued_s
+            self.id, self.person, self.role, self.verb, *about, age_s=now_s - self.issued_s, seconds=self.seconds
         )
 
 

@@ -4,10 +4,10 @@ import argparse
 import getpass
 import os
 import secrets
-from pathlib import Path
 from typing import Final
 
 from homeostat.cli.arguments import LEAST_DIGITS, UsageError
+from homeostat.cli.giving import given
 from homeostat.cli.offers import Offers
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.mode import PersonCommand, Role, Verb
@@ -17,15 +17,13 @@ from homeostat.journal import Record, read_events
 from homeostat.knowledge.store.error import GraphError
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import load_plant
-from homeostat.service.answers import Heard, Waiting, length, wait_for, waiting
+from homeostat.service.answers import Heard, Waiting, waiting
 from homeostat.service.attached.place import begins
-from homeostat.service.doors.asking import order, status
-from homeostat.service.inbox import post, refuse_unattended, take_back
+from homeostat.service.doors.asking import status
+from homeostat.service.inbox import refuse_unattended
 
 REFUSED: Final = 3
 """Exit status of an order that the guard refused."""
-ANSWER_S: Final = 10.0
-"""Longest wait for the run's answer [s]."""
 
 
 def carry_out(options: argparse.Namespace) -> int:
@@ -33,23 +31,13 @@ def carry_out(options: argparse.Namespace) -> int:
     run_dir = run_directory(options.run)
     name = f"{options.verb}-{secrets.token_hex(8)}"
     person, role, verb = options.person or _login(), Role(options.role), Verb(options.verb)
-    command = PersonCommand(name, person, role, verb, options.subject, options.digest, options.reason)
-    heard = order(run_dir, command) if begins(run_dir) is not None else _given(run_dir, command)
-    about = f"{options.verb} {options.subject}".rstrip()
-    print(printable(f"{about}: {_said(heard)}"))
+    seconds = 60.0 * getattr(options, "minutes", 0.0)
+    about = options.subject, options.digest, options.reason
+    command = PersonCommand(name, person, role, verb, *about, seconds=seconds)
+    heard = given(run_dir, command)
+    what = f"{options.verb} {options.subject}".rstrip()
+    print(printable(f"{what}: {_said(heard)}"))
     return 0 if heard.done or heard.counts else REFUSED
-
-
-def _given(run_dir: Path, command: PersonCommand) -> Heard:
-    """What came of ``command`` to a run, which takes orders as files; UsageError where it does not answer."""
-    before, name = length(run_dir), command.id
-    post(run_dir, command)
-    heard = wait_for(run_dir, name, before, ANSWER_S)
-    if heard is None:
-        left = take_back(run_dir, name)
-        what = "the order was taken back" if left else "but has taken the order; look at what it does"
-        raise UsageError(f"run {str(run_dir)!r} does not answer, {what}; it is over, or does not go on")
-    return heard
 
 
 def _said(heard: Heard) -> str:

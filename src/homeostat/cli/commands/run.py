@@ -3,7 +3,7 @@
 import argparse
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -56,7 +56,7 @@ def carry_out(options: argparse.Namespace) -> int:
     """Check everything, run, show, keep; the exit status says what happened (:data:`STATUS`)."""
     speaker = operation.speaker(options)
     operation.check(options)
-    live = _live_page() if options.console else None
+    live = _live_page(options.people) if options.console or options.people else None
     plant = load_plant(options.case)
     playbook = _playbook(options, plant)
     chosen = scenario(
@@ -158,13 +158,15 @@ class Going(NamedTuple):
     page: "LivePage | None" = None
 
 
-def _live_page() -> "type[LivePage]":
-    """What shows a run while it goes on; UsageError where the extra is not installed."""
+def _live_page(people: Path | None) -> "Callable[[Plant, Path], LivePage]":
+    """Shows a run while it goes on; UsageError where the extra is not installed, or ``people`` cannot be used."""
     try:
         from homeostat.cli.live import LivePage
+        from homeostat.cli.serving import known
     except ImportError as error:
         raise UsageError(f"--console needs {error.name!r}: pip install 'homeostat[console]'") from error
-    return LivePage
+    there = known(people)
+    return lambda plant, run_dir: LivePage(plant, run_dir, there)
 
 
 def carry(going: Going, as_json: bool) -> int:

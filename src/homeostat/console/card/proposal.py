@@ -11,7 +11,7 @@ from homeostat.console.opened import KnownPlant
 from homeostat.console.readings import Readings, Values
 from homeostat.console.situation import situation
 from homeostat.domain.alternative import AlternativeKind
-from homeostat.domain.events.guard import RequestAnswered
+from homeostat.domain.events.guard import GuardStarted, RequestAnswered
 from homeostat.domain.events.recovery import Attempted, Compared, ReleasedActions, Remarked
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import Criterion, Limit, LimitKind
@@ -94,7 +94,13 @@ def _digest(entries: Iterable[Entry]) -> str:
 
 def _status(digest: str, entries: Iterable[Entry], released: Release | None, tried: Attempted) -> str:
     """How far a proposal came, in words, by the guard's last answer."""
-    said = [e.event for e in entries if isinstance(e.event, RequestAnswered) and e.event.digest == digest]
+    said = ""
+    for entry in entries:
+        match entry.event:
+            case RequestAnswered(digest=answered, status=status) if answered == digest:
+                said = status
+            case GuardStarted() if said == RequestStatus.OFFERED:  # one that begins again knows of no request
+                said = RequestStatus.WITHDRAWN.value
     words = {
         RequestStatus.OFFERED.value: "waits for a person's yes",
         RequestStatus.ADVISED.value: "advised; in this mode nobody writes",
@@ -104,8 +110,8 @@ def _status(digest: str, entries: Iterable[Entry], released: Release | None, tri
         RequestStatus.CONFIRMED.value: "released, and the plant holds it",
         RequestStatus.ACCEPTED.value: "is being written",
     }
-    if said and said[-1].status in words:
-        return words[said[-1].status]
+    if said in words:
+        return words[said]
     if released is not None:
         return "released"
     return "approved by every check, not released" if tried.approved else "refused"

@@ -1,7 +1,8 @@
 """The server's answers: a page, what it shows as JSON, and a stream of moments (server-sent events)."""
 
-import math
+import threading
 from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
 from importlib.resources import files
 from typing import Final
 
@@ -17,8 +18,13 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from homeostat.console.card.evidence import Evidence, readings_trend
 from homeostat.console.opened import OpenedRun
-from homeostat.console.server.stream import FASTEST, SLOWEST, moments
-from homeostat.console.text import to_json
+from homeostat.console.people.orders import Give, Orders
+from homeostat.console.people.people import People
+from homeostat.console.server.admission import Admission
+from homeostat.console.server.asked import AskedWrong, bad_request, finite, json_answer, number, span
+from homeostat.console.server.desk import Desk
+from homeostat.console.server.events import Events
+from homeostat.console.server.stream import FASTEST, SLOWEST, Moments
 from homeostat.console.view import seen, shown
 
 HOSTS: Final = ("127.0.0.1", "localhost")
@@ -40,17 +46,28 @@ _HEADERS: Final = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cache-Control": "no-store",
 }
-_WIDEST: Final = 4000
-"""Most pixels that a trend is drawn on."""
+_SECURE: Final = {"Strict-Transport-Security": "max-age=31536000"}
 
 
-class AskedWrong(ValueError):
-    """A request asks for what there is not; the message says so in one line."""
+@dataclass(frozen=True, slots=True)
+class Serving:
+    """Whom a page is served to."""
+
+    people: People | None = None
+    """Who may look and order; where there are none, whoever is on this machine looks, and nobody orders."""
+    give: Give | None = None
+    """Gives an order to the guard; None where there is nobody to order anything."""
+    hosts: tuple[str, ...] = HOSTS
+    """Names under which the page may be asked for."""
+    secure: bool = False
+    """Whether what is sent is encrypted."""
 
 
-def application(run: OpenedRun) -> Starlette:
-    """The answers to everything that may be asked of ``run``; whatever is asked, nothing is written."""
-    answers = _Answers(run)
+def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
+    """The answers to everything that may be asked of ``run``; nothing is written but what ``serving`` lets order."""
+    ending = threading.Event()
+    answers = _Answers(run, ending)
+    desk = Desk(serving.people, None if serving.give is None else Orders(run, serving.give), serving.secure)
     routes = [Route(path, _file(*content), methods=["GET"]) for path, content in _PAGE.items()]
     routes += [
         Route("/api/run", answers.run, methods=["GET"]),
@@ -58,32 +75,33 @@ def application(run: OpenedRun) -> Starlette:
         Route("/api/trend", answers.trend, methods=["GET"]),
         Route("/api/feature", answers.feature, methods=["GET"]),
         Route("/api/stream", answers.stream, methods=["GET"]),
+        *Events(run).routes(),
+        *desk.routes(),
     ]
-    guards = [Middleware(_Headers), Middleware(TrustedHostMiddleware, [*HOSTS])]
-    return Starlette(routes=routes, middleware=guards, exception_handlers={AskedWrong: _refused})
+    guards = [
+        Middleware(_Headers, serving.secure),
+        Middleware(TrustedHostMiddleware, [*serving.hosts]),
+        Middleware(Admission, serving.people, serving.secure),
+    ]
+    handlers = {AskedWrong: bad_request}
+    app = Starlette(routes=routes, middleware=guards, exception_handlers=handlers)
+    app.state.ending = ending
+    return app
 
 
 class _Headers:
     """Adds to every answer what a browser is to refuse."""
 
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
+    def __init__(self, app: ASGIApp, secure: bool) -> None:
+        self._app, self._headers = app, _HEADERS | (_SECURE if secure else {})
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         async def with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
-                MutableHeaders(scope=message).update(_HEADERS)
+                MutableHeaders(scope=message).update(self._headers)
             await send(message)
 
         await self._app(scope, receive, with_headers)
-
-
-async def _refused(request: Request, error: Exception) -> Response:
-    return _json({"error": str(error)}, 400)
-
-
-def _json(value: object, status: int = 200) -> Response:
-    return Response(to_json(value), status, media_type="application/json")
 
 
 def _file(name: str, kind: str) -> Callable[[Request], Awaitable[Response]]:
@@ -98,16 +116,17 @@ def _file(name: str, kind: str) -> Callable[[Request], Awaitable[Response]]:
 class _Answers:
     """What is asked of one run."""
 
-    def __init__(self, run: OpenedRun) -> None:
+    def __init__(self, run: OpenedRun, ending: threading.Event) -> None:
         self._run = run
         self._evidence: Evidence | None = None
+        self._moments = Moments(run, ending)
 
     async def run(self, request: Request) -> Response:
         await run_in_threadpool(self._run.refresh)
-        return _json(await run_in_threadpool(shown, self._run))
+        return json_answer(await run_in_threadpool(shown, self._run))
 
     async def moment(self, request: Request) -> Response:
-        return _json(await run_in_threadpool(seen, self._run, _number(request, "at", self._run.last_s)))
+        return json_answer(await run_in_threadpool(seen, self._run, number(request, "at", self._run.last_s)))
 
     async def trend(self, request: Request) -> Response:
         readings, tags = self._run.readings, tuple(request.query_params.getlist("tag"))
@@ -117,48 +136,24 @@ class _Answers:
             raise AskedWrong(f"no tag {unknown[0][:80]!r} was measured in this run")
         if not tags:
             raise AskedWrong("no tag is named; give tag=NAME")
-        return _json(await run_in_threadpool(readings_trend, readings, tags, *_span(request, self._run)))
+        return json_answer(await run_in_threadpool(readings_trend, readings, tags, *span(request, self._run)))
 
     async def feature(self, request: Request) -> Response:
         name = request.query_params.get("name", "")
         readings = self._run.readings
         if readings is not None and (self._evidence is None or self._evidence.last_s < readings.last_s):
             self._evidence = Evidence(self._run.plant, readings)
-        span = _span(request, self._run)
-        found = None if self._evidence is None else await run_in_threadpool(self._evidence.feature, name, *span)
+        asked = span(request, self._run)
+        found = None if self._evidence is None else await run_in_threadpool(self._evidence.feature, name, *asked)
         if found is None:
             raise AskedWrong(f"no feature {name[:80]!r} can be drawn for this run")
-        return _json(found)
+        return json_answer(found)
 
     async def stream(self, request: Request) -> Response:
-        at_s = _number(request, "at", 0.0)
+        at_s = number(request, "at", 0.0)
         if last := request.headers.get("last-event-id"):
-            at_s = _finite("Last-Event-ID", last)
-        speed = _number(request, "speed", 1.0)
+            at_s = finite("Last-Event-ID", last)
+        speed = number(request, "speed", 1.0)
         if not SLOWEST <= speed <= FASTEST:
             raise AskedWrong(f"speed is {speed:g}; it must be from {SLOWEST:g} to {FASTEST:g}")
-        return StreamingResponse(moments(self._run, at_s, speed), media_type="text/event-stream")
-
-
-def _span(request: Request, run: OpenedRun) -> tuple[float, float, int]:
-    """From when to when [s], and on how many pixels."""
-    from_s, to_s = _number(request, "from", 0.0), _number(request, "to", run.last_s)
-    width = _number(request, "width", 800.0)
-    if not 1.0 <= width <= _WIDEST:
-        raise AskedWrong(f"width is {width:g} px; it must be from 1 to {_WIDEST} px")
-    return from_s, to_s, int(width)
-
-
-def _number(request: Request, name: str, default: float) -> float:
-    text = request.query_params.get(name)
-    return default if text is None else _finite(name, text)
-
-
-def _finite(name: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise AskedWrong(f"{name} is {text[:40]!r}; it must be a finite number")
-    return value
+        return StreamingResponse(self._moments.play(at_s, speed), media_type="text/event-stream")

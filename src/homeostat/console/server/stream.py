@@ -1,9 +1,10 @@
 """A run that plays: moments one after the other at a chosen speed, as server-sent events."""
 
 import asyncio
+import threading
 import time
 from collections.abc import AsyncIterator
-from typing import Final
+from typing import Final, final
 
 from starlette.concurrency import run_in_threadpool
 
@@ -19,29 +20,56 @@ _FRAME_S: Final = 0.2
 """Time between two moments [s]."""
 _LOOK_S: Final = 1.0
 """Time between two looks at a journal that may have grown [s]."""
+_BEAT_S: Final = 1.0
+"""Longest time without a word, also where nothing is new [s]."""
 
 
-async def moments(run: OpenedRun, at_s: float, speed: float) -> AsyncIterator[str]:
-    """Moments from ``at_s`` [s] on, ``speed`` process seconds per second, to the end of what is known.
+@final
+class Moments:
+    """Moments of one run; what several look at at the same time is made once."""
 
-    Each has its process time as identifier, from which a browser goes on when the connection was lost. The whole of
-    it is told at first and when something happened. The end is told where the run was closed; else it is followed.
-    """
-    told, looked = -1, time.monotonic()
-    begun, from_s = time.monotonic(), at_s
-    while True:
-        now = time.monotonic()
-        if not run.closed and now - looked >= _LOOK_S:
-            looked = now
-            await run_in_threadpool(run.refresh)
-        at_s = min(from_s + speed * (now - begun), run.last_s)
-        if at_s >= run.last_s:  # what comes later is played from when it came
-            begun, from_s = now, at_s
-        count = len(run.until(at_s))
-        moment = await run_in_threadpool(seen, run, at_s, count != told)
-        told = count
-        yield f"id: {at_s:.3f}\ndata: {to_json(moment)}\n\n"
-        if at_s >= run.last_s and run.closed:
-            yield "event: end\ndata: {}\n\n"
-            return
-        await asyncio.sleep(_FRAME_S)
+    def __init__(self, run: OpenedRun, ending: threading.Event) -> None:
+        """Nobody looks yet; once the server is ``ending``, nobody is told anything more."""
+        self._run, self._ending = run, ending
+        self._looked = time.monotonic()
+        self._made: dict[tuple[float, int, bool, int], str] = {}
+
+    async def play(self, at_s: float, speed: float) -> AsyncIterator[str]:
+        """Moments from ``at_s`` [s] on, ``speed`` process seconds per second, to the end of what is known.
+
+        Each has its process time as identifier, from which a browser goes on when the connection was lost. The whole
+        of it is told at first and when something happened. The end is told where the run was closed; else it is
+        followed.
+        """
+        run, told, shown_s, spoke = self._run, -1, -1.0, 0.0
+        begun, from_s = time.monotonic(), at_s
+        while not self._ending.is_set():
+            now = time.monotonic()
+            await self._look(now)
+            last_s = run.last_s
+            at_s = min(from_s + speed * (now - begun), last_s)
+            if at_s >= last_s:  # what comes later is played from when it came
+                begun, from_s = now, at_s
+            count = run.count(at_s)
+            if (count, at_s) != (told, shown_s) or now - spoke >= _BEAT_S:
+                text = await self._moment(at_s, count, count != told)
+                told, shown_s, spoke = count, at_s, now
+                yield f"id: {at_s:.3f}\ndata: {text}\n\n"
+            if at_s >= last_s and run.closed:
+                yield "event: end\ndata: {}\n\n"
+                return
+            await asyncio.sleep(_FRAME_S)
+
+    async def _look(self, now: float) -> None:
+        if not self._run.closed and now - self._looked >= _LOOK_S:
+            self._looked = now
+            await run_in_threadpool(self._run.refresh)
+
+    async def _moment(self, at_s: float, count: int, whole: bool) -> str:
+        name = at_s, count, whole, int(time.monotonic() / _BEAT_S)
+        if name not in self._made:
+            made = await run_in_threadpool(lambda: to_json(seen(self._run, at_s, whole)))
+            while len(self._made) >= 8:
+                self._made.pop(next(iter(self._made)), None)
+            self._made[name] = made
+        return self._made[name]

@@ -91,3 +91,29 @@ class AlarmAcknowledged:
     """Identifier of the alarm."""
     person: str
     """Who."""
+
+
+@dataclass(frozen=True, slots=True)
+class AlarmShelved:
+    """A person has shelved an alarm."""
+
+    kind: ClassVar[str] = "alarm-shelved"
+    alarm: str
+    """Identifier of the alarm."""
+    person: str
+    """Who."""
+    reason: str
+    """Why."""
+    until_s: float
+    """Process time until which it is not shown among the others, unless it is shown again before [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class AlarmUnshelved:
+    """A shelved alarm is shown again."""
+
+    kind: ClassVar[str] = "alarm-unshelved"
+    alarm: str
+    """Identifier of the alarm."""
+    person: str
+    """Who ordered it; empty where its time was over."""

@@ -23,7 +23,7 @@ def place(plant: Plant) -> tuple[Setting, ...]:
 def recorded_folder(started: RunStarted) -> str | None:
     """The folder that the run ``started`` in; None for an installed plant."""
     folder = started.settings.get(FOLDER)
-    return None if folder is None else str(folder)
+    return None if folder is None or Path(str(folder)).parent == INSTALLED else str(folder)
 
 
 def recorded_plant_of(started: RunStarted, given: str | None = None, option: str = "--case") -> Plant:

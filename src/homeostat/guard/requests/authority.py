@@ -53,7 +53,7 @@ def no_start(name: str, rules: GuardRules, state: str) -> str:
 
 ENGINEERING = frozenset({Verb.RESET, Verb.MODE, Verb.START})
 """What only an engineer may order."""
-NEEDS_REASON = frozenset({Verb.RESET, Verb.REJECT, Verb.OUT_OF_SERVICE, Verb.FALL_BACK})
+NEEDS_REASON = frozenset({Verb.RESET, Verb.REJECT, Verb.OUT_OF_SERVICE, Verb.FALL_BACK, Verb.SHELVE})
 """What is ordered with a reason only."""
 
 
@@ -61,14 +61,14 @@ class Authority:
     """Judges the orders of people; remembers those that are used and the first of two who must agree."""
 
     def __init__(self, persons: int, lasts_s: float, oldest_s: float) -> None:
-        """``persons``: how many people must agree to a reset, within ``lasts_s`` of each other [s].
+        """``persons``: how many people must agree to a reset and to closed loop, within ``lasts_s`` of each other [s].
 
         ``oldest_s``: oldest order that is carried out [s]. One that was recorded and is delivered again was answered
         already, or is too old.
         """
         self._persons, self._lasts_s, self._oldest_s = persons, lasts_s, oldest_s
         self._used: dict[str, None] = {}
-        self._agreed: dict[str, tuple[str, float]] = {}
+        self._agreed: dict[Verb, dict[str, tuple[str, float]]] = {}
 
     def objection(self, command: PersonCommand) -> str:
         """Why ``command`` may not be carried out whatever the plant is doing; empty where it may."""
@@ -110,22 +110,25 @@ class Authority:
         while len(self._used) > REMEMBERED:
             self._used.pop(next(iter(self._used)))
 
-    @property
-    def missing(self) -> int:
-        """People who must still agree to a reset that was agreed to last."""
-        return self._persons - len(self._agreed)
+    def missing(self, verb: Verb) -> int:
+        """People who must still agree to what was agreed to last."""
+        return self._persons - len(self._agreed.get(verb, ()))
 
     def agree(self, command: PersonCommand, now_s: float) -> tuple[str, ...]:
-        """Everybody who has agreed to a reset, once they are enough; empty while somebody is missing."""
-        for key, (_, at_s) in list(self._agreed.items()):
+        """Everybody who has agreed to such an order, once they are enough; empty while somebody is missing."""
+        agreed = self._agreed.setdefault(command.verb, {})
+        for key, (_, at_s) in list(agreed.items()):
             if now_s - at_s > self._lasts_s:
-                del self._agreed[key]
-        self._agreed[_folded(command.person)] = (command.person, now_s)
-        if len(self._agreed) < self._persons:
+                del agreed[key]
+        agreed[_folded(command.person)] = (command.person, now_s)
+        if len(agreed) < self._persons:
             return ()
-        agreed = tuple(person for person, _ in self._agreed.values())
-        self._agreed.clear()
-        return agreed
+        del self._agreed[command.verb]
+        return tuple(person for person, _ in agreed.values())
+
+    def forget(self, verb: Verb) -> None:
+        """What was agreed to of such an order so far counts no more."""
+        self._agreed.pop(verb, None)
 
 
 def _malformed(command: PersonCommand) -> str:

@@ -18,6 +18,7 @@ from homeostat.guard.sequence.recognition import recognise
 from homeostat.guard.sequence.sequencer import loaded, nominal_commands, what_follows
 from homeostat.guard.sequence.steps import Steps
 from homeostat.guard.texts import LONGEST_NAME, brief, said
+from homeostat.guard.watch.shelf import Shelf
 from homeostat.guard.writing.flight import Failed, Progress, Write
 from homeostat.guard.writing.tenure import Modes
 
@@ -56,6 +57,7 @@ class Persons:
         self._floor = floor
         settings = floor.parts.settings
         self._authority = Authority(settings.persons, settings.person_s, settings.order_s)
+        self._shelf = Shelf(floor.parts.alarms, floor.parts.note)
         self._starting: tuple[Write, str, ActionSet] | None = None
         self._unread: tuple[Write, str] | None = None
         self._orders: dict[Verb, Callable[[PersonCommand, Present], str | Counted]] = {
@@ -68,6 +70,8 @@ class Persons:
             Verb.IN_SERVICE: self._service,
             Verb.OUT_OF_SERVICE: self._service,
             Verb.ACKNOWLEDGE: self._acknowledge,
+            Verb.SHELVE: lambda given, present: self._shelf.shelve(given, present.now_s),
+            Verb.UNSHELVE: lambda given, present: self._shelf.unshelve(given, present.now_s),
             Verb.FALL_BACK: self._fall_back,
             Verb.START: self._start,
         }
@@ -95,6 +99,10 @@ class Persons:
     def remember(self, used: Iterable[str]) -> None:
         """Orders that were answered before a restart are not carried out again."""
         self._authority.remember(used)
+
+    def expire(self, now_s: float) -> None:
+        """What people have ordered for a time is over then."""
+        self._shelf.expire(now_s)
 
     def follow(self, write: Write | None, progress: Progress | Failed | None, now_s: float) -> None:
         """Take note of how far ``write`` has come: a start is made once the plant has got its commands.
@@ -142,12 +150,18 @@ class Persons:
             self._enter(Mode.OBSERVE, ModeEntered(Mode.OBSERVE.value, "", why), why, now_s)
             self._floor.parts.alarms.say("mode:observe", f"observe only: {why}", Priority.HIGH, now_s)
 
-    def _mode(self, command: PersonCommand, present: Present) -> str:
+    def _mode(self, command: PersonCommand, present: Present) -> str | Counted:
         mode = Mode(command.subject)
         if self._floor.latch.reason is not None and mode.writes:
             return "a fallback is latched; reset it first"
-        why = f"{command.person} changed the mode"
-        return self._enter(mode, ModeEntered(mode.value, command.person, command.reason), why, present.now_s)
+        agreed: tuple[str, ...] = (command.person,)
+        if mode is Mode.CLOSED_LOOP:
+            agreed = self._authority.agree(command, present.now_s)
+            if not agreed:
+                return self._counted(command.verb)
+        who = " and ".join(agreed)
+        why = f"{who} changed the mode"
+        return self._enter(mode, ModeEntered(mode.value, brief(who), command.reason), why, present.now_s)
 
     def _enter(self, mode: Mode, entered: ModeEntered, why: str, now_s: float) -> str:
         """Go over to ``mode``, and have nothing of the one before go on; why not, or empty."""
@@ -155,6 +169,7 @@ class Persons:
         objection = floor.modes.enter(mode, now_s)
         if objection:
             return objection
+        self._authority.forget(Verb.MODE)  # whoever agreed to closed loop did so in the mode before
         if floor.latch.reason is None:  # a fallback is sent until it stands, whatever the mode
             floor.parts.writer.overtake(now_s, why)
         if entered.person:
@@ -179,11 +194,12 @@ class Persons:
             return "the plant does not answer; nobody can say in which state it would be left"
         agreed = self._authority.agree(command, now_s)
         if not agreed:
-            return self._counted()
+            return self._counted(command.verb)
         rules, sequencer = floor.parts.rules, floor.parts.sequencer
         found = recognise(rules.machine, floor.parts.evidence(readings), sequencer.state, rules.start_up.states)
         floor.latch.reset(now_s)
         floor.modes.enter(Mode.OBSERVE, now_s)
+        self._authority.forget(Verb.MODE)
         sequencer.restore(found.state, (), aborting=False)
         if found.candidates:
             floor.parts.alarms.say("position", str(found), Priority.MEDIUM, now_s)
@@ -191,9 +207,9 @@ class Persons:
         floor.parts.note(ModeEntered(Mode.OBSERVE.value, command.person, "reset"), now_s)
         return ""
 
-    def _counted(self) -> Counted:
-        """A reset that more people must order."""
-        persons, missing = self._floor.parts.settings.persons, self._authority.missing
+    def _counted(self, verb: Verb) -> Counted:
+        """An order that more people must give."""
+        persons, missing = self._floor.parts.settings.persons, self._authority.missing(verb)
         others = "another person" if missing == 1 else f"{missing} other people"
         return Counted(missing, f"{persons - missing} of {persons} people; {others} must order it too")
 

@@ -9,6 +9,8 @@ from homeostat.domain.events.people import (
     AlarmAcknowledged,
     AlarmRaised,
     AlarmReturned,
+    AlarmShelved,
+    AlarmUnshelved,
     ModeEntered,
     PersonHeard,
     ServiceChanged,
@@ -80,7 +82,7 @@ class GuardStory:
                 if event.candidates:
                     text += f", or in one of {', '.join(n for n in event.candidates if n != event.state)}"
                 yield Line(at_s, "reset", text, Tone.GOOD)
-            case AlarmRaised() | AlarmReturned() | AlarmAcknowledged():
+            case AlarmRaised() | AlarmReturned() | AlarmAcknowledged() | AlarmShelved() | AlarmUnshelved():
                 yield from _alarm(event, at_s)
             case _:
                 pass  # the rest is for an engineer, who reads the journal
@@ -133,8 +135,16 @@ def _person(event: PersonHeard, at_s: float) -> Iterator[Line]:
         yield Line(at_s, "person", f"{text}{_because(event.reason)}", Tone.GOOD)
 
 
-def _alarm(event: AlarmRaised | AlarmReturned | AlarmAcknowledged, at_s: float) -> Iterator[Line]:
+def _alarm(
+    event: AlarmRaised | AlarmReturned | AlarmAcknowledged | AlarmShelved | AlarmUnshelved, at_s: float
+) -> Iterator[Line]:
     match event:
+        case AlarmShelved():
+            text = f"{event.alarm} shelved until {event.until_s:.0f} s by {event.person}{_because(event.reason)}"
+            yield Line(at_s, "alarm", text, Tone.WARNING)
+        case AlarmUnshelved():
+            by = f"by {event.person}" if event.person else "as its time is over"
+            yield Line(at_s, "alarm", f"{event.alarm} is shown again {by}", Tone.MUTED)
         case AlarmRaised() if not event.alarm.startswith(_TOLD):
             tone = Tone.WARNING if event.priority in (Priority.LOW, Priority.MEDIUM) else Tone.BAD
             yield Line(at_s, "alarm", f"{event.alarm} ({event.priority.value}): {event.cause}", tone)

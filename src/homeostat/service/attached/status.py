@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -11,6 +12,7 @@ from homeostat.domain.events.guard import RequestAnswered, ThinkingBegan, Thinki
 from homeostat.domain.events.people import ModeEntered
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Observation
+from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.guard import Guard
 from homeostat.journal import Event, Record
 from homeostat.record.decode import decode
@@ -94,6 +96,7 @@ class StatusBoard:
         self._mode, self._thinking, self._ticks = ModeShown(), ThinkingShown(), Ticks()
         self._offered: dict[str, str] = {}
         self._seen: Observation | None = None
+        self._sample: tuple[Snapshot, float] | None = None
 
     def recall(self, records: tuple[Record, ...]) -> None:
         """Take over what the journal says of an earlier guard."""
@@ -113,6 +116,8 @@ class StatusBoard:
     def show(self, seen: Observation) -> None:
         """Take note of one tick."""
         self._ticks.take(seen.sample is not None)
+        if seen.sample is not None:
+            self._sample = seen.sample, time.monotonic()
         self._seen = seen
 
     def told(self) -> dict[str, Any]:
@@ -144,4 +149,13 @@ class StatusBoard:
             "offered": dict(self._offered),
             "out_of_service": sorted(out),
             "readings": bad,
+            "sample": self._sampled(),
         }
+
+    def _sampled(self) -> dict[str, Any] | None:
+        """The last sample that came, with its age by the wall clock; None where none has come yet."""
+        if self._sample is None:
+            return None
+        sample, came = self._sample
+        values = {tag: value if math.isfinite(value) else None for tag, value in sample.values.items()}
+        return {"at_s": sample.at_s, "age_s": round(time.monotonic() - came, 3), "values": values}

@@ -1,0 +1,28 @@
+"""An order on its way: to a plant that is attached through its service's door, to a run that goes on as a file."""
+
+from pathlib import Path
+from typing import Final
+
+from homeostat.cli.arguments import UsageError
+from homeostat.domain.mode import PersonCommand
+from homeostat.service.answers import Heard, length, wait_for
+from homeostat.service.attached.place import begins
+from homeostat.service.doors.asking import order
+from homeostat.service.inbox import post, take_back
+
+ANSWER_S: Final = 10.0
+"""Longest wait for the run's answer [s]."""
+
+
+def given(run_dir: Path, command: PersonCommand) -> Heard:
+    """What came of ``command``; UsageError or OrderError where nobody takes it, or nobody answers."""
+    if begins(run_dir) is not None:
+        return order(run_dir, command)
+    before, name = length(run_dir), command.id
+    post(run_dir, command)
+    heard = wait_for(run_dir, name, before, ANSWER_S)
+    if heard is None:
+        left = take_back(run_dir, name)
+        what = "the order was taken back" if left else "but has taken the order; look at what it does"
+        raise UsageError(f"run {str(run_dir)!r} does not answer, {what}; it is over, or does not go on")
+    return heard

@@ -1,0 +1,76 @@
+"""Whom a console is served to, as the options say: people, address, certificate."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from homeostat.cli.arguments import UsageError
+from homeostat.cli.giving import given
+from homeostat.console.people.accounts import Accounts, AccountsError
+from homeostat.console.people.orders import Came, Give, NotGiven
+from homeostat.console.people.people import People
+from homeostat.console.server.app import HOSTS, Serving
+from homeostat.console.server.serve import LOOPBACK, Tls
+from homeostat.domain.mode import PersonCommand
+from homeostat.service.order import OrderError
+
+
+def known(people: Path | None) -> People | None:
+    """Everybody in the file ``people``; None without one, UsageError where it cannot be used."""
+    if people is None:
+        return None
+    try:
+        return People(Accounts(people))
+    except AccountsError as error:
+        raise UsageError(str(error)) from error
+
+
+def serving(people: People | None, run_dir: Path, ordered: bool, hosts: tuple[str, ...] = HOSTS) -> Serving:
+    """``people`` may look at the run in ``run_dir``, and order where it can be ``ordered``; without any, all look."""
+    return Serving(people, _giver(run_dir) if ordered and people else None, hosts, hosts != HOSTS)
+
+
+def encrypted(options: argparse.Namespace) -> tuple[Tls | None, tuple[str, ...]]:
+    """The certificate, and the names under which the page may be asked for.
+
+    UsageError where options do not go together.
+    """
+    certificate, key = options.tls_certificate, options.tls_key or options.tls_certificate
+    if certificate is None:
+        if options.address != LOOPBACK:
+            raise UsageError(
+                f"--address {options.address} needs --tls-certificate: passwords would travel in the clear"
+            )
+        if options.tls_key is not None:
+            raise UsageError("--tls-key needs --tls-certificate")
+        return None, HOSTS
+    if options.address != LOOPBACK and options.people is None:
+        raise UsageError(f"--address {options.address} needs --people: everybody who reaches it would be let in")
+    if key.stat().st_mode & 0o077:
+        raise UsageError(f"{str(key)!r} has a private key and must be for its owner alone: chmod 600")
+    return Tls(certificate, key), _names(certificate)
+
+
+def _names(certificate: Path) -> tuple[str, ...]:
+    """The names that a certificate is for; UsageError where it has none, or cannot be read."""
+    from cryptography import x509
+
+    try:
+        found = x509.load_pem_x509_certificate(certificate.read_bytes())
+        named = found.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    except (ValueError, x509.ExtensionNotFound) as error:
+        raise UsageError(f"{str(certificate)!r} is no certificate with names in it (PEM): {error}") from error
+    addresses = [str(address) for address in named.get_values_for_type(x509.IPAddress)]
+    return (*named.get_values_for_type(x509.DNSName), *(f"[{a}]" if ":" in a else a for a in addresses))
+
+
+def _giver(run_dir: Path) -> Give:
+    def give(command: PersonCommand) -> Came:
+        try:
+            heard = given(run_dir, command)
+        except (OrderError, UsageError, OSError) as error:
+            raise NotGiven(str(error)) from error
+        return Came(heard.done, heard.reason, heard.counts)
+
+    return give

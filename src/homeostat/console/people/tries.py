@@ -1,0 +1,49 @@
+"""How often passwords may be tried: after a few failures the next one must wait, longer and longer."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Final, final
+
+FREE: Final = 5
+"""Failures in a row that cost nothing: people mistype."""
+LONGEST_S: Final = 30.0
+"""Longest wait, wall-clock [s]: whoever guesses at an operator's password must not keep the operator from the plant."""
+FORGOTTEN_S: Final = 900.0
+"""Failures before this are forgotten, wall-clock [s]."""
+MOST: Final = 10_000
+"""Most names and addresses that are remembered."""
+
+
+@final
+class Tries:
+    """Counts failures by name and by address."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        """Nobody has failed yet; ``clock`` tells seconds and is set by nobody."""
+        self._clock = clock
+        self._failed: dict[str, tuple[int, float]] = {}
+
+    def wait_s(self, *who: str) -> float:
+        """How long the next try by any of these must wait [s]; 0 where it need not."""
+        now, longest = self._clock(), 0.0
+        for key in who:
+            count, last = self._failed.get(key, (0, now))
+            if count >= FREE:
+                longest = max(longest, last + min(LONGEST_S, 2.0 ** (count - FREE)) - now)
+        return longest
+
+    def failed(self, *who: str) -> None:
+        """Each of these has failed once more."""
+        now = self._clock()
+        for key in who:
+            count, last = self._failed.pop(key, (0, now))
+            self._failed[key] = (1 if now - last > FORGOTTEN_S else count + 1, now)
+        while len(self._failed) > MOST:
+            self._failed.pop(next(iter(self._failed)))
+
+    def succeeded(self, *who: str) -> None:
+        """Each of these has shown who it is."""
+        for key in who:
+            self._failed.pop(key, None)

@@ -1,0 +1,75 @@
+"""Who is let in: everything but the page itself needs a session, and whatever changes something comes from the page."""
+
+from __future__ import annotations
+
+import hmac
+from typing import Final
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from homeostat.console.people.people import People
+from homeostat.console.people.sessions import Session
+from homeostat.console.text import to_json
+
+COOKIE: Final = "homeostat"
+"""Name of the cookie; with TLS a browser is told to keep it to this host."""
+TOKEN: Final = "x-homeostat-token"
+"""Header in which a page shows that it is the page."""
+_OPEN: Final = frozenset({"/api/me", "/api/session"})
+"""What is answered without a session."""
+
+
+def cookie(secure: bool) -> str:
+    """Name of the cookie."""
+    return f"__Host-{COOKIE}" if secure else COOKIE
+
+
+def kept_by(response: Response, token: str, secure: bool) -> None:
+    """Have the browser keep ``token``, out of reach of any script and of other sites, until it is closed."""
+    response.set_cookie(cookie(secure), token, path="/", secure=secure, httponly=True, samesite="strict")
+
+
+def session_of(request: Request) -> Session | None:
+    """The session of ``request``, as it was let in."""
+    found: Session | None = request.scope.get("homeostat.session")
+    return found
+
+
+class Admission:
+    """Lets in whom ``people`` know; where there are none, everybody looks and nobody orders."""
+
+    def __init__(self, app: ASGIApp, people: People | None, secure: bool) -> None:
+        self._app, self._people, self._secure = app, people, secure
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let a request in, or answer it here."""
+        if scope["type"] != "http" or self._people is None:
+            await self._app(scope, receive, send)
+            return
+        request = Request(scope)
+        session = self._people.session(request.cookies.get(cookie(self._secure)))
+        refused = self._objection(request, session)
+        if refused is not None:
+            text, status = refused
+            await Response(to_json({"error": text}), status, media_type="application/json")(scope, receive, send)
+            return
+        scope["homeostat.session"] = session
+        await self._app(scope, receive, send)
+
+    def _objection(self, request: Request, session: Session | None) -> tuple[str, int] | None:
+        path = request.url.path
+        if path.startswith("/api/") and path not in _OPEN and session is None:
+            return "sign in first", 401
+        if request.method in ("GET", "HEAD"):
+            return None
+        if request.headers.get("origin") != f"{request.url.scheme}://{request.headers.get('host', '')}":
+            return "this comes from another page, and is not taken", 403
+        if request.headers.get("content-type", "").partition(";")[0] != "application/json":
+            return "only JSON is taken", 415
+        given = request.headers.get(TOKEN, "")
+        signing_in = path == "/api/session" and request.method == "POST"
+        if not signing_in and (session is None or not hmac.compare_digest(given.encode(), session.csrf.encode())):
+            return "this does not come from the page that was signed in; load it again", 403
+        return None

@@ -1,0 +1,133 @@
+"""Where people sign in and order: the answers to what is not only looked at."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, TypeVar, final
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from homeostat.console.people.orders import PROVEN, NotGiven, Objection, Ordered, Orders
+from homeostat.console.people.people import People, Unproven
+from homeostat.console.people.sessions import Session
+from homeostat.console.server.admission import cookie, kept_by, session_of
+from homeostat.console.server.asked import AskedWrong, json_answer
+
+M = TypeVar("M", bound=BaseModel)
+LARGEST: Final = 10_000
+"""Most bytes of what is sent."""
+_STATUS: Final = {"role": 403, "changed": 409, "busy": 409}
+
+
+class _SigningIn(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    name: str = Field(min_length=1, max_length=200)
+    password: str = Field(min_length=1, max_length=500)
+
+
+@final
+class Desk:
+    """One console's desk."""
+
+    def __init__(self, people: People | None, orders: Orders | None, secure: bool) -> None:
+        """``secure``: whether what is sent is encrypted. Nobody orders where there are no people or no ``orders``."""
+        self._people, self._orders, self._secure = people, orders, secure
+
+    def routes(self) -> list[Route]:
+        """What is answered here."""
+        found = [Route("/api/me", self.me, methods=["GET"])]
+        if self._people is not None:
+            found += [
+                Route("/api/session", self.sign_in, methods=["POST"]),
+                Route("/api/session", self.sign_out, methods=["DELETE"]),
+            ]
+        if self._people is not None and self._orders is not None:
+            found.append(Route("/api/order", self.order, methods=["POST"]))
+        return found
+
+    async def me(self, request: Request) -> Response:
+        """Who is at the page, and what the page must show when it orders."""
+        return json_answer(self._told(session_of(request)))
+
+    async def sign_in(self, request: Request) -> Response:
+        """Begin a session."""
+        assert self._people is not None
+        given = await _body(request, _SigningIn)
+        try:
+            proof = given.name, given.password, _address(request)
+            token, session = await run_in_threadpool(self._people.sign_in, *proof)
+        except Unproven as unproven:
+            return _unproven(unproven)
+        answer = json_answer(self._told(session))
+        kept_by(answer, token, self._secure)
+        return answer
+
+    async def sign_out(self, request: Request) -> Response:
+        """End the session."""
+        assert self._people is not None
+        name = cookie(self._secure)
+        self._people.sign_out(request.cookies.get(name))
+        answer = json_answer(self._told(None))
+        answer.delete_cookie(name, path="/", secure=self._secure, httponly=True, samesite="strict")
+        return answer
+
+    async def order(self, request: Request) -> Response:
+        """Pass an order on, once it is known whose it is."""
+        session, people, orders = session_of(request), self._people, self._orders
+        assert session is not None and people is not None and orders is not None
+        ordered = await _body(request, Ordered)
+        try:
+            account = session.account
+            await run_in_threadpool(orders.check, ordered, account)
+            if ordered.verb in PROVEN:
+                account = await run_in_threadpool(people.confirm, session, ordered.password, _address(request))
+            return json_answer(await run_in_threadpool(orders.give, ordered, account))
+        except Unproven as unproven:
+            return _unproven(unproven)
+        except Objection as objection:
+            earlier = await run_in_threadpool(orders.earlier, ordered, session.account)
+            if earlier is not None:  # it was carried out, and the answer was lost
+                return json_answer(earlier)
+            return json_answer({"error": str(objection)}, _STATUS[objection.fault])
+        except NotGiven as lost:
+            return json_answer({"error": str(lost), "unknown": True}, 502)
+
+    def _told(self, session: Session | None) -> dict[str, object]:
+        account = None if session is None else session.account
+        return {
+            "people": self._people is not None,
+            "orders": self._orders is not None,
+            "name": None if account is None else account.name,
+            "access": None if account is None else account.access.value,
+            "token": None if session is None else session.csrf,
+        }
+
+
+def _unproven(unproven: Unproven) -> Response:
+    answer = json_answer({"error": str(unproven)}, 429 if unproven.wait_s > 0.0 else 403)
+    if unproven.wait_s > 0.0:
+        answer.headers["Retry-After"] = str(math.ceil(unproven.wait_s))
+    return answer
+
+
+async def _body(request: Request, kind: type[M]) -> M:
+    content = b""
+    async for part in request.stream():
+        content += part
+        if len(content) > LARGEST:
+            raise AskedWrong(f"more than {LARGEST} byte were sent")
+    try:
+        return kind.model_validate_json(content)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        place = ".".join(map(str, first["loc"]))
+        raise AskedWrong(f"{place}: {first['msg']}" if place else str(first["msg"])) from None
+
+
+def _address(request: Request) -> str:
+    return "" if request.client is None else request.client.host

@@ -1,0 +1,88 @@
+"""Answers on what happened: alarms, journal, verification, and files to take away."""
+
+from __future__ import annotations
+
+import csv
+import io
+import threading
+from typing import final
+
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from homeostat.console.events.alarms import AlarmList, alarm_list, as_csv, cell
+from homeostat.console.events.lines import Verified, journal_page, verified
+from homeostat.console.opened import OpenedRun
+from homeostat.console.server.asked import AskedWrong, csv_answer, json_answer, number, span
+from homeostat.journal.beside.files import JOURNAL
+
+_WORDS = 200
+
+
+@final
+class Events:
+    """What happened in one run."""
+
+    def __init__(self, run: OpenedRun) -> None:
+        """Nothing was asked yet."""
+        self._run = run
+        self._verifying = threading.Lock()
+        self._verified: tuple[int, Verified] | None = None
+
+    def routes(self) -> list[Route]:
+        """What is answered here."""
+        answers = {"alarms": self.alarms, "alarms.csv": self.alarms_csv, "journal": self.journal,
+                   "verified": self.verified, "readings.csv": self.readings_csv}  # fmt: skip
+        return [Route(f"/api/{name}", answer, methods=["GET"]) for name, answer in answers.items()]
+
+    async def alarms(self, request: Request) -> Response:
+        """Alarms in their states at one moment."""
+        return json_answer(await run_in_threadpool(self._alarms, number(request, "at", self._run.last_s)))
+
+    async def alarms_csv(self, request: Request) -> Response:
+        """All of them as a file."""
+        found = await run_in_threadpool(self._alarms, number(request, "at", self._run.last_s))
+        every = sorted((*found.standing, *found.shelved, *found.past), key=lambda alarm: alarm.raised_s)
+        return csv_answer(as_csv(every), "alarms.csv")
+
+    async def journal(self, request: Request) -> Response:
+        """Lines of the journal."""
+        asked = request.query_params
+        before = number(request, "before", 0.0)
+        kinds = frozenset(kind[:_WORDS] for kind in asked.getlist("kind"))
+        what = kinds, asked.get("words", "")[:_WORDS], int(before) if before >= 1.0 else None
+        return json_answer(await run_in_threadpool(journal_page, self._run.run_dir, *what))
+
+    async def verified(self, request: Request) -> Response:
+        """What the verification of the journal says; it is made again where the journal has grown."""
+        return json_answer(await run_in_threadpool(self._verify))
+
+    async def readings_csv(self, request: Request) -> Response:
+        """Every reading of some tags in a span as a file."""
+        readings, tags = self._run.readings, tuple(request.query_params.getlist("tag"))
+        if readings is None or not tags or any(tag not in readings.signals for tag in tags):
+            raise AskedWrong("no readings of such tags are kept; give tag=NAME of one that was measured")
+        from_s, to_s, _ = span(request, self._run)
+
+        def made() -> str:
+            out = io.StringIO()
+            writer, part = csv.writer(out), readings.between(from_s, to_s)
+            writer.writerow(("time_s", *(cell(tag) for tag in tags)))
+            columns = [readings.signals[tag][part].tolist() for tag in tags]
+            rows = zip(readings.times_s[part].tolist(), *columns, strict=True)
+            writer.writerows([at_s, *("" if value != value else value for value in row)] for at_s, *row in rows)
+            return out.getvalue()
+
+        return csv_answer(await run_in_threadpool(made), "readings.csv")
+
+    def _alarms(self, at_s: float) -> AlarmList:
+        return alarm_list(self._run.until(at_s), at_s)
+
+    def _verify(self) -> Verified:
+        with self._verifying:  # one at a time: it reads everything
+            size = (self._run.run_dir / JOURNAL).stat().st_size
+            if self._verified is None or self._verified[0] != size:
+                self._verified = size, verified(self._run.run_dir)
+            return self._verified[1]

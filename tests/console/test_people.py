@@ -1,0 +1,188 @@
+"""Who may look and order: accounts, passwords, sessions, tries; each as an attacker would use it."""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("argon2", reason="the extra 'console' is not installed")
+
+from homeostat.console.people.accounts import Access, Account, Accounts, AccountsError, added, check_name, removed
+from homeostat.console.people.passwords import hashed, is_right
+from homeostat.console.people.people import People, Unproven
+from homeostat.console.people.sessions import IDLE_S, LONGEST_S, MOST, Sessions
+from homeostat.console.people.tries import FREE, Tries
+from tests.cli.command import COMMAND, environment, homeostat, refused
+from tests.console.served import PASSWORD, accounts
+
+ADA = Account(name="Ada", access=Access.ENGINEER, argon2id="$argon2id$v=19$none")
+
+
+class Clock:
+    now = 1000.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def test_accounts_are_for_their_owner_alone_and_keep_no_password(tmp_path: Path) -> None:
+    path = accounts(tmp_path / "people.json", Ada="engineer", Bo="operator")
+    assert path.stat().st_mode & 0o777 == 0o600 and b"correct horse" not in path.read_bytes()
+    assert {a.name: a.access for a in Accounts(path).all().values()} == {"Ada": "engineer", "Bo": "operator"}
+    hashes = [person["argon2id"] for person in json.loads(path.read_text())["people"]]
+    assert all(h.startswith("$argon2id$") for h in hashes) and len(set(hashes)) == 2
+    assert not list(tmp_path.glob(".*")), "nothing is left beside it"
+    path.chmod(0o640)
+    with pytest.raises(AccountsError, match="chmod 600"):
+        Accounts(path)
+
+
+def test_a_link_in_the_place_of_the_file_is_not_followed(tmp_path: Path) -> None:
+    real = accounts(tmp_path / "real.json", Ada="engineer")
+    (tmp_path / "people.json").symlink_to(real)
+    with pytest.raises(AccountsError, match="cannot be used"):
+        Accounts(tmp_path / "people.json")
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"{}", b"[]", b'{"schema":2,"people":[]}', b'{"schema":1,"people":[{"name":"A"}]}', b"\xff", b"[" * 10_000,
+     b'{"schema":1,"people":[{"name":"A","access":"root","argon2id":"$argon2id$"}]}',
+     b'{"schema":1,"people":[{"name":"A","access":"viewer","argon2id":"plain"}]}'],
+)  # fmt: skip
+def test_a_file_that_is_none_lets_nobody_in(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "people.json"
+    path.write_bytes(content)
+    path.chmod(0o600)
+    with pytest.raises(AccountsError, match="is no file of accounts"):
+        Accounts(path)
+
+
+def test_names_that_look_the_same_are_the_same(tmp_path: Path) -> None:
+    path = tmp_path / "people.json"
+    assert not added(path, ADA) and added(path, ADA.model_copy(update={"name": "ＡDA "}))
+    assert len(Accounts(path).all()) == 1
+    removed(path, "ada")
+    with pytest.raises(AccountsError, match="has no account of 'ada'; it has nobody"):
+        removed(path, "ada")
+
+
+@pytest.mark.parametrize("name", ["", "  ", "a\u200bb", "a\nb\x00", "\u202eada", "x" * 61])
+def test_a_name_is_seen_as_it_is(name: str) -> None:
+    with pytest.raises(AccountsError, match="is no name"):
+        check_name(name)
+
+
+def test_many_who_add_at_once_are_all_added(tmp_path: Path) -> None:
+    path = tmp_path / "people.json"
+    names = [f"person {k}" for k in range(12)]
+    threads = [threading.Thread(target=added, args=(path, ADA.model_copy(update={"name": n}))) for n in names]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert {a.name for a in Accounts(path).all().values()} == set(names)
+
+
+@pytest.mark.parametrize(
+    "password", ["", "short", "x" * 129, "ada" * 4, "Ada Ada Ada Ada", "aaaaaaaaaaaa", "ababababababab"]
+)
+def test_a_password_that_is_guessed_first_is_refused(password: str) -> None:
+    with pytest.raises(AccountsError):
+        hashed(password, "Ada")
+
+
+def test_only_the_password_is_the_password() -> None:
+    kept = hashed("a long enough phrase ✓", "Ada")
+    assert is_right("a long enough phrase ✓", kept)
+    wrong = ("a long enough phrase", "", "A long enough phrase ✓", "x" * 10_000)
+    assert not any(is_right(guess, kept) for guess in wrong)
+    assert not is_right("a long enough phrase ✓", None) and not is_right("a password that nobody has", None)
+    assert not is_right("a long enough phrase ✓", "$argon2id$v=19$broken")
+
+
+def test_a_session_ends_by_itself_and_cannot_be_named_from_memory() -> None:
+    clock = Clock()
+    sessions = Sessions(clock)
+    token, session = sessions.begin(ADA)
+    assert sessions.of(token) is session and token not in str(vars(sessions)) and session.csrf != token
+    clock.now += IDLE_S - 1.0
+    assert sessions.of(token) is session
+    clock.now += IDLE_S + 1.0
+    assert sessions.of(token) is None
+    token, _ = sessions.begin(ADA)
+    for _ in range(int(LONGEST_S / 1000.0) + 1):
+        clock.now += 1000.0
+        last = sessions.of(token)
+    assert last is None, "a session that is used all the time ends with the shift"
+    tokens = [sessions.begin(ADA)[0] for _ in range(MOST + 1)]
+    assert sessions.of(tokens[-1]) is not None and len([t for t in tokens if sessions.of(t)]) == MOST
+
+
+def test_after_some_failures_each_try_waits_longer_and_none_forever() -> None:
+    clock = Clock()
+    tries = Tries(clock)
+    waits = []
+    for _ in range(20):
+        waits.append(tries.wait_s("name ada", "address 1"))
+        tries.failed("name ada", "address 1")
+    assert waits[:FREE] == [0.0] * FREE and waits[FREE] == 1.0 and max(waits) == 30.0 == waits[-1]
+    assert tries.wait_s("name bo", "address 1") == 30.0 and tries.wait_s("name bo", "address 2") == 0.0
+    clock.now += 30.0
+    assert tries.wait_s("name ada") == 0.0
+    tries.succeeded("name ada")
+    tries.failed("name ada")
+    assert tries.wait_s("name ada") == 0.0
+
+
+def test_who_guesses_waits_also_with_the_right_password_and_also_for_nobody(tmp_path: Path) -> None:
+    clock, said = Clock(), list[str]()
+    known = Accounts(accounts(tmp_path / "people.json", Ada="operator"))
+    people = People(known, Sessions(clock), Tries(clock), said.append)
+    for name in ("Ada", "nobody"):
+        for _ in range(FREE):
+            with pytest.raises(Unproven, match="do not belong together"):
+                people.sign_in(name, "a wrong password", f"from {name}")
+        with pytest.raises(Unproven, match="too many failed tries") as waits:
+            people.sign_in(name, PASSWORD.format("Ada"), f"from {name}")
+        assert waits.value.wait_s > 0.0
+    assert len(said) == 2 * FREE and not any("wrong password" in line for line in said)
+    clock.now += 60.0
+    token, session = people.sign_in("ada", PASSWORD.format("Ada"), "here")
+    assert session.account.name == "Ada" and people.session(token) is session
+
+
+def test_whoever_is_changed_or_removed_is_out_at_once(tmp_path: Path) -> None:
+    path = accounts(tmp_path / "people.json", Ada="engineer", Bo="operator")
+    people = People(Accounts(path), log=lambda text: None)
+    tokens = [people.sign_in(name, PASSWORD.format(name), "here")[0] for name in ("Ada", "Bo")]
+    removed(path, "Bo")
+    assert people.session(tokens[1]) is None and people.session(tokens[0]) is not None
+    accounts(path, Ada="viewer")
+    assert people.session(tokens[0]) is None
+    token, _ = people.sign_in("Ada", PASSWORD.format("Ada"), "here")
+    path.chmod(0o644)
+    os.utime(path)
+    assert people.session(token) is None, "a file that others can write lets nobody in"
+
+
+def test_the_command_adds_lists_and_removes(tmp_path: Path) -> None:
+    import subprocess
+
+    def add(*arguments: str, password: str) -> subprocess.CompletedProcess[str]:
+        command = [*COMMAND, "people", "add", "people.json", *arguments, "--password-stdin"]
+        return subprocess.run(command, cwd=tmp_path, env=environment(), input=password, capture_output=True, text=True)
+
+    done = add("Ada Lovelace", "--role", "engineer", password="correct horse battery\n")
+    assert (done.returncode, done.stdout) == (0, "Ada Lovelace, engineer: added\n")
+    done = add("Bo", "--role", "viewer", password="short\n")
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "12 to 128 characters" in done.stderr
+    shown = homeostat("people", "list", "people.json", cwd=tmp_path)
+    assert shown.out == "engineer  Ada Lovelace\n"
+    assert homeostat("people", "remove", "people.json", "ada lovelace", cwd=tmp_path).status == 0
+    refused(homeostat("people", "remove", "people.json", "Ada", cwd=tmp_path), "no account of 'Ada'")
+    refused(homeostat("people", "list", "none.json", cwd=tmp_path), "none.json", "people add")

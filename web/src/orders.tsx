@@ -1,0 +1,129 @@
+// What a person orders: a dialog that shows what it is about, asks why and for the password, and says what came of it.
+
+import type { ComponentChildren } from "preact";
+import { useEffect, useRef, useState } from "preact/hooks";
+import { Refused, send, type Came, type Card, type Me, type Moment, type Offer, type Proposal } from "./told";
+import { amount, moment, signed, span } from "./words";
+
+export interface Asked {
+  verb: string; subject: string; digest: string; title: string; button: string; reason: "needed" | "welcome";
+  proposal?: Proposal; choices?: [string, string][]; label?: string; note?: string; minutes?: number; proven: boolean;
+}
+
+export function mayOrder(me: Me): boolean {
+  return me.orders && (me.access === "operator" || me.access === "engineer");
+}
+
+// The request that waits and is the one on the card: nothing else can be approved from it.
+export function offered(card: Card | null, now: Moment): Offer | undefined {
+  const digest = card?.proposal?.digest;
+  return digest ? now.overview?.offers.find((o) => o.digest === digest) : undefined;
+}
+
+export function approving(offer: Offer, proposal: Proposal): Asked {
+  return { verb: "approve", subject: offer.request, digest: offer.digest, title: "Approve the proposal", button: "Approve",
+    reason: "welcome", proposal, proven: true };
+}
+
+export function rejecting(offer: Offer, proposal: Proposal): Asked {
+  return { verb: "reject", subject: offer.request, digest: "", title: "Reject the proposal", button: "Reject", reason: "needed", proposal, proven: true };
+}
+
+function Shown({ proposal }: { proposal: Proposal }) {
+  const worst = proposal.margins[0];
+  return (
+    <div class="about">
+      <ul>{proposal.moves.filter((m) => !m.known || m.before !== m.after).map((m) => (
+        <li key={m.tag}><b>{m.tag}</b> {m.known ? (m.before === null ? "automatic" : amount(m.before, m.unit)) : "?"} → <b>{m.after === null ? "automatic" : amount(m.after, m.unit)}</b> <span class="quiet">{m.text}</span></li>))}
+      </ul>
+      {worst && <p>{worst.unit === "1" ? signed(worst.margin, "1") : signed(worst.margin, worst.unit)} at worst: {worst.text || worst.name}, after {span(worst.at_s)}</p>}
+      <p class="quiet">Digest <code>{proposal.digest.slice(0, 16)}</code></p>
+    </div>
+  );
+}
+
+type State = { kind: "asking" } | { kind: "going" } | { kind: "came"; came: Came } | { kind: "refused"; text: string; unknown: boolean };
+
+// An identifier is used for one order: where the answer is lost the same one is sent again, and is carried out once.
+export function OrderDialog({ asked, me, now, close }: { asked: Asked; me: Me; now: Moment; close: () => void }) {
+  const dialog = useRef<HTMLDialogElement>(null), reason = useRef<HTMLTextAreaElement>(null), password = useRef<HTMLInputElement>(null);
+  const [id] = useState(() => crypto.randomUUID());
+  const [subject, choose] = useState(asked.choices ? "" : asked.subject);
+  const [minutes, last] = useState(asked.minutes ?? 0);
+  const [state, set] = useState<State>({ kind: "asking" });
+  useEffect(() => { dialog.current?.showModal(); }, []);
+  const gone = asked.proposal !== undefined && !now.overview?.offers.some((o) => o.request === asked.subject && o.digest === asked.proposal!.digest);
+  const submit = async (e: Event) => {
+    e.preventDefault();
+    set({ kind: "going" });
+    const content = { id, verb: asked.verb, subject, digest: asked.digest, reason: reason.current!.value.trim(), seconds: 60 * minutes, password: password.current?.value ?? "" };
+    try {
+      set({ kind: "came", came: await send<Came>("POST", "/api/order", content, me.token) });
+    } catch (error) {
+      const refused = error instanceof Refused ? error : new Refused(String(error), 0, true);
+      set({ kind: "refused", text: refused.message, unknown: refused.unknown });
+      if (password.current) password.current.value = "";
+    }
+  };
+  const over = state.kind === "came";
+  return (
+    <dialog ref={dialog} class="order" aria-labelledby="order-title" onClose={close}>
+      <form onSubmit={submit}>
+        <h2 id="order-title">{asked.title}</h2>
+        {asked.note && <p>{asked.note}</p>}
+        {asked.proposal && <Shown proposal={asked.proposal} />}
+        {!over && <>
+          {asked.choices && <label>{asked.label} <select required value={subject} onChange={(e) => choose(e.currentTarget.value)}>
+            <option value="">choose</option>{asked.choices.map(([value, text]) => <option key={value} value={value}>{text}</option>)}</select></label>}
+          {asked.minutes !== undefined && <label>For how many minutes (480 at most) <input type="number" min={1} max={480} required value={minutes} onInput={(e) => last(Number(e.currentTarget.value))} /></label>}
+          <label>Reason{asked.reason === "needed" ? "" : " (if any)"} <textarea ref={reason} rows={2} maxLength={400} required={asked.reason === "needed"} /></label>
+          {asked.proven && <input type="text" name="username" autocomplete="username" value={me.name ?? ""} readOnly hidden />}
+          {asked.proven && <label>Your password again, {me.name} <input ref={password} type="password" autocomplete="current-password" required maxLength={128} /></label>}
+          {gone && <p class="warn" role="alert">△ This proposal does not wait any more. Close, and look again.</p>}
+        </>}
+        <div role="status">
+          {state.kind === "going" && <p>Asking the guard …</p>}
+          {state.kind === "came" && (state.came.done ? <p class="big">✓ Done</p>
+            : state.came.counts ? <p class="big">Heard: {state.came.reason}</p> : <p class="big bad">■ Refused: {state.came.reason}</p>)}
+          {state.kind === "refused" && <p class="warn">△ {state.unknown ? "Nobody knows yet whether it was carried out: " : ""}{state.text}.{state.unknown && " Send it again: it is carried out once at most."}</p>}
+        </div>
+        <div class="buttons">
+          {!over && <button type="submit" class="act" disabled={state.kind === "going" || (gone && asked.verb === "approve")}>{asked.button}</button>}
+          <button type="button" onClick={() => dialog.current?.close()}>{over ? "Close" : "Cancel"}</button>
+        </div>
+      </form>
+    </dialog>
+  );
+}
+
+const MODES: [string, string][] = [
+  ["observe", "observe: nobody writes"], ["advise", "advise: what would be released is shown"],
+  ["approve", "approve: written after a person's yes"], ["closed-loop", "closed-loop: all that passes the guard is written"]];
+
+export function Orders({ me, now, tags, order }: { me: Me; now: Moment; tags: string[]; order: (asked: Asked) => void }): ComponentChildren {
+  const o = now.overview;
+  if (!o || !mayOrder(me) || o.finished) return null;
+  const engineer = me.access === "engineer", out = new Set(o.out_of_service.map(([tag]) => tag));
+  const plain = { digest: "", subject: "", proven: true };
+  const writes = o.mode === "approve" || o.mode === "closed-loop";
+  return (
+    <div class="orders" role="group" aria-label="Orders">
+      {engineer && <button type="button" onClick={() => order({ ...plain, verb: "mode", title: "Change the mode", button: "Change", reason: "welcome", label: "Mode", choices: MODES, note: `It is ${o.mode} now.` })}>Mode …</button>}
+      {engineer && o.latched && <button type="button" onClick={() => order({ ...plain, verb: "reset", title: "Reset the latch", button: "Reset", reason: "needed", note: `Latched: ${o.latched}. The plant stands in observe after it.` })}>Reset the latch …</button>}
+      {writes && !o.latched && <button type="button" onClick={() => order({ ...plain, verb: "fall-back", title: "Have the fallback act now", button: "Fall back", reason: "needed", note: o.fallback ? `Fallback ‘${o.fallback}’ would act.` : "" })}>Fall back …</button>}
+      <button type="button" onClick={() => order({ ...plain, verb: "out-of-service", title: "Take a tag out of service", button: "Take out", reason: "needed", label: "Tag", choices: tags.filter((t) => !out.has(t)).map((t) => [t, t]) })}>Out of service …</button>
+      {out.size > 0 && <button type="button" onClick={() => order({ ...plain, verb: "in-service", title: "Bring a tag back into service", button: "Bring back", reason: "welcome", label: "Tag", choices: [...out].map((t) => [t, t]) })}>In service …</button>}
+    </div>
+  );
+}
+
+export function Decision({ offer, proposal, now, order }: { offer: Offer; proposal: Proposal; now: Moment; order: (asked: Asked) => void }) {
+  return (
+    <div class="decision" role="group" aria-label="Your decision">
+      <button type="button" class="act" onClick={() => order(approving(offer, proposal))} title="a">Approve …</button>
+      <button type="button" onClick={() => order(rejecting(offer, proposal))} title="r">Reject …</button>
+      <span>It waits for your yes or no since {moment(offer.since_s)}, and is void in {span(offer.void_s - now.at_s)}.
+        {" "}<span class="quiet">Digest <code>{offer.digest.slice(0, 16)}</code></span></span>
+    </div>
+  );
+}

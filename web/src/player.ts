@@ -1,0 +1,88 @@
+// How the moment that is shown moves on: played, followed, or sought; and how long nothing was heard.
+
+import { useCallback, useEffect, useRef, useState } from "preact/hooks";
+import { ask, type Moment, type Run } from "./told";
+
+export const SPEEDS = [1, 5, 10, 30, 60, 300, 1000];
+const SILENT_S = 4, AGAIN_MS = 2000;
+
+export interface Player {
+  now: Moment | null; playing: boolean; speed: number; lost: boolean; silent_s: number;
+  seek: (at: number) => void; toggle: () => void; follow: () => void; quicken: (by: number) => void; choose: (speed: number) => void;
+}
+
+// Time since something was heard, by a clock that nobody sets.
+function useSilence(playing: boolean): [number, () => void] {
+  const heard = useRef(performance.now());
+  const [silent, setSilent] = useState(0);
+  useEffect(() => {
+    heard.current = performance.now();
+    setSilent(0);
+    if (!playing) return;
+    const watch = setInterval(() => setSilent(Math.floor((performance.now() - heard.current) / 1000)), 500);
+    return () => clearInterval(watch);
+  }, [playing]);
+  return [playing && silent >= SILENT_S ? silent : 0, () => { heard.current = performance.now(); }];
+}
+
+// Moments come from the server while it plays, one by one where it is paused. What has not changed is not sent again.
+export function usePlayer(run: Run | null, refused: () => void): Player {
+  const [now, setNow] = useState<Moment | null>(null);
+  const [playing, setPlaying] = useState(false);
+  const [speed, setSpeed] = useState(10);
+  const [lost, setLost] = useState(false);
+  const [from, setFrom] = useState(0);
+  const [attempt, setAttempt] = useState(0);
+  const [silent_s, hear] = useSilence(playing);
+  const latest = useRef(0), asked = useRef(0);
+  const take = useCallback((m: Moment) => {
+    latest.current = m.at_s;
+    setNow((old) => (m.overview || !old ? m : { ...m, overview: old.overview, card: old.card }));
+  }, []);
+  const look = useCallback(async (at: number) => {
+    const mine = ++asked.current;
+    latest.current = at;
+    try {
+      const m = await ask<Moment>("/api/moment", { at });
+      if (mine === asked.current) { setLost(false); take(m); }
+    } catch { setLost(true); refused(); }
+  }, [take]);
+  const begun = useRef(false), known = run !== null;
+  useEffect(() => {
+    if (!run || begun.current) return;
+    begun.current = true;
+    const hash = Number(location.hash.replace("#t=", ""));
+    const begin = Number.isFinite(hash) && location.hash ? hash
+      : run.live ? run.last_s : run.decided_s ?? run.begins_s ?? run.last_s;
+    void look(begin);
+    setFrom(begin);
+    setPlaying(run.live);
+    if (run.live) setSpeed(1000); // as fast as it comes
+  }, [run]);
+  useEffect(() => {
+    if (!playing || !known) return;
+    const stream = new EventSource(`/api/stream?at=${from}&speed=${speed}`);
+    let again: ReturnType<typeof setTimeout> | undefined;
+    stream.onmessage = (e) => { hear(); setLost(false); take(JSON.parse(e.data) as Moment); };
+    stream.onerror = () => {
+      setLost(true);
+      // A browser gives up where the answer is an error, as that of a console that was started again.
+      if (stream.readyState === EventSource.CLOSED) again = setTimeout(() => { refused(); setFrom(latest.current); setAttempt((n) => n + 1); }, AGAIN_MS);
+    };
+    stream.addEventListener("end", () => { stream.close(); setPlaying(false); });
+    return () => { stream.close(); clearTimeout(again); };
+  }, [playing, speed, from, known, attempt]);
+  const seek = (at: number) => {
+    const to = Math.min(Math.max(0, at), Math.max(run?.last_s ?? 0, latest.current));
+    if (run?.live) setPlaying(false);
+    if (playing && !run?.live) { latest.current = to; setFrom(to); } else void look(to);
+  };
+  const toggle = () => { setFrom(run?.live ? 1e12 : latest.current); setPlaying(!playing); };
+  const follow = () => { setFrom(1e12); setPlaying(true); };
+  const choose = (s: number) => { setFrom(latest.current); setSpeed(s); };
+  const quicken = (by: number) => {
+    const near = SPEEDS.findIndex((s) => s >= speed);
+    choose(SPEEDS[Math.min(SPEEDS.length - 1, Math.max(0, near + by))]!);
+  };
+  return { now, playing, speed, lost, silent_s, seek, toggle, follow, quicken, choose };
+}
