@@ -101,4 +101,5 @@ def test_the_states_that_the_settings_may_name_are_listed(tmp_path: Path) -> Non
 
 def test_the_states_of_a_kernel_by_hand_are_all_that_it_has(tmp_path: Path) -> None:
     done = homeostat("plant", "show", "mixing_module", "--table", "model", cwd=tmp_path)
-    assert done.status == 0 and rows(done.out)[0] == {"state": "V1", "begins": "0.314898", "unit": "", "initial": "0.02"}
+    first = {"state": "V1", "begins": "0.314898", "unit": "", "initial": "0.02"}
+    assert done.status == 0 and rows(done.out)[0] == first

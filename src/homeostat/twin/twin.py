@@ -230,9 +230,7 @@ class Twin:
         """Tag -> values, from variable -> values."""
         return {tag: values[v] for tag, v in self._description.variables.items()}
 
-    def try_many(
-        self, ensemble: Ensemble, schedules: Cube, refuse: bool = True
-    ) -> tuple[dict[str, np.ndarray], float]:
+    def try_many(self, ensemble: Ensemble, schedules: Cube, refuse: bool = True) -> tuple[dict[str, np.ndarray], float]:
         """Tag -> true values, shape (K * members, times), of K schedules; and the sampling period [s].
 
         Where a member leaves the physical world, a ProcessError is raised, or, without ``refuse``, what is measured of
