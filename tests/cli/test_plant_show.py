@@ -51,7 +51,7 @@ def test_what_is_shown_can_be_stated_and_says_the_same(tanks: Path) -> None:
 def test_all_tables_are_told_apart_by_lines_with_their_names(tanks: Path) -> None:
     done = homeostat("plant", "show", "./two_tanks", cwd=tanks.parent)
     heads = [line for line in done.out.splitlines() if line.startswith("#")]
-    assert len(heads) == 29
+    assert len(heads) == 30
     assert "# signals: 20 rows, 20 of them from other tables" in heads
     assert "# states: 5 rows, 0 of them from other tables" in heads
 

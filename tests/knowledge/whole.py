@@ -14,10 +14,11 @@ from homeostat.plants.files.folder import INSTALLED
 
 @cache
 def whole(plant: str) -> Path:
-    """A folder with the settings of ``plant`` and all of its tables."""
+    """A folder with the settings of ``plant``, its graph as it ships, and all of its tables."""
     place = Path(tempfile.mkdtemp(prefix="whole-"))
     atexit.register(shutil.rmtree, place, ignore_errors=True)
     folder = place / plant
     write_whole(INSTALLED / plant, folder)
-    shutil.copy(INSTALLED / plant / "case.toml", folder)
+    for name in ("case.toml", "plant.ttl"):
+        shutil.copy(INSTALLED / plant / name, folder)
     return folder
