@@ -29,9 +29,9 @@ from homeostat.evaluate.recorded.adoption import adoption
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import Fault, Scenario, departing, scenario_of
 from homeostat.guard.watch.quality import QualityWatch
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.files.tables import extended
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.batch import ProcessError, use_threads
 from homeostat.record.run_record import RunRecord
 

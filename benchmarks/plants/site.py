@@ -11,8 +11,8 @@ from homeostat.knowledge.build.build import build
 from homeostat.knowledge.build.tables.reading import FOLDER
 from homeostat.knowledge.build.whole import write_whole
 from homeostat.plants.files.folder import BASELINES, INSTALLED, SETTINGS
-from homeostat.plants.learning import learned
 from homeostat.plants.plant import load_plant
+from homeostat.plants.teaching.learning import learned
 
 NAME = "site"
 MODEL = '''"""The reactor of a site: the equations of the one that ships, under a name of its own."""

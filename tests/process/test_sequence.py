@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import scenario
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import load_plant
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.batch import Batch, ProcessError
 from homeostat.process.moves import Moves
 from homeostat.process.seeds import Stream, noise_seed
