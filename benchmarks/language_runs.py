@@ -20,8 +20,8 @@ from homeostat.journal import MemoryTrace
 from homeostat.journal.calls import ModelCalled
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.llm.model import LanguageModel
-from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import Language
 from homeostat.recovery.bounds import Budget
 
 STARTED_S = 600.0

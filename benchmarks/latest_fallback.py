@@ -7,8 +7,8 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.reference.best_route import inside
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import Scenario
-from homeostat.plants.assembly import fallbacks, new_sequencer
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import fallbacks, new_sequencer
 
 
 def latest_fallback(plant: Plant, scenario: Scenario, longest_s: int = 60) -> int | None:

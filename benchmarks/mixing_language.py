@@ -23,7 +23,7 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import estimate, exact
-from homeostat.plants.assembly import Language, model_alone
+from homeostat.plants.wired.assembly import Language, model_alone
 
 
 @dataclass(frozen=True)

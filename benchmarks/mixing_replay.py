@@ -30,7 +30,7 @@ from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plants.assembly import Language, model_alone
+from homeostat.plants.wired.assembly import Language, model_alone
 
 CONDITIONS = Conditions(AskingProtocol.PER_STEP, label_given=True)
 SEED = 3

@@ -33,7 +33,7 @@ from homeostat.knowledge.checks.lint import lint
 from homeostat.knowledge.questions.questions import transitions
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.graph_file import load_file
-from homeostat.plants.assembly import new_sequencer
+from homeostat.plants.wired.assembly import new_sequencer
 
 T = TypeVar("T", Row, LanguageRow, StepRow)
 Job = TypeVar("Job", tuple[str, int], tuple[str, int, bool])

@@ -15,7 +15,7 @@ from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Verdict
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import Scenario, scenario
-from homeostat.plants.assembly import new_sequencer
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.seeds import generator as draws
 from homeostat.twin.twin import Twin
 

@@ -22,8 +22,8 @@ from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import scenario
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.truth.process import TrueProcess
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.types import Vec
 from homeostat.twin.twin import Twin
 

@@ -28,7 +28,8 @@ for settings in src/homeostat/plants/*/case.toml; do
     "$scratch/$plant.nt" >"$scratch/$plant.ini"
   printf 'number_of_processes: 1\n[plant]\nmappings: %s\n' "$root/src/homeostat/knowledge/build/mapping.rml.ttl" \
     >>"$scratch/$plant.ini"
-  (cd "$folder" && "$rml/bin/python" -m morph_kgc "$scratch/$plant.ini")
+  PYTHONPATH=src "$python" -m homeostat.knowledge.build "$folder" --whole "$scratch/$plant"  # every row, in files
+  (cd "$scratch/$plant" && "$rml/bin/python" -m morph_kgc "$scratch/$plant.ini")
   target=$folder/plant.ttl
   if [[ -n $out ]]; then target=$out/$plant.ttl; fi
   PYTHONPATH=src "$python" -m homeostat.knowledge.build "$folder" --triples "$scratch/$plant.nt" --out "$target"

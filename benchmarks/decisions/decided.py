@@ -27,8 +27,8 @@ from homeostat.evaluate import runner
 from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.scenario import Scenario
 from homeostat.links.clock import DeclaredClock
-from homeostat.plants.assembly import Workbench, in_operation
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import Workbench, in_operation
 from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Purpose, Twin
 

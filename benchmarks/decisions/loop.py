@@ -20,8 +20,8 @@ from homeostat.journal.memory import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plants.assembly import Arrangement, Language, wire
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import Arrangement, Language, wire
 from homeostat.record.run_record import RunRecord
 from homeostat.recovery.bounds import Budget
 

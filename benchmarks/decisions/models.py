@@ -23,8 +23,8 @@ from homeostat.evaluate.score.costs import run_cost
 from homeostat.journal.memory import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import Language
 from homeostat.record.run_record import RunRecord
 
 ALONE = "search"

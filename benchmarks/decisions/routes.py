@@ -19,8 +19,8 @@ from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.costs import run_cost
 from homeostat.evaluate.score.limits_in_force import in_force
 from homeostat.evaluate.score.scoring import outside_after
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import new_sequencer
 
 LEVELS = 3
 """Values of each open command that are tried."""

@@ -18,8 +18,8 @@ from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.scenario import Fault, departing, scenario_of
 from homeostat.journal.memory import MemoryTrace
 from homeostat.links.clock import ThinkingClock
-from homeostat.plants.assembly import Workbench, in_operation
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import Workbench, in_operation
 from homeostat.process.batch import simulate, use_threads
 from tests.plants.cstr.reactor import MODEL, S, batch
 

@@ -10,8 +10,8 @@ from typing import Any
 from benchmarks.guard.scripted_plants import SHAPES, written_at_start
 from benchmarks.guard.store import Sizes
 from homeostat.domain.plant.rules import GuardRules
-from homeostat.plants.assembly import guard_rules
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import guard_rules
 from tests.guard.adversary import attack
 
 STATES = {"cstr": "normal", "mixing_module": "emptying_B201"}

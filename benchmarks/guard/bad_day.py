@@ -26,8 +26,8 @@ from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Journal
 from homeostat.links.errors import LinkError
 from homeostat.links.simulated import SimulatedLink
-from homeostat.plants.assembly import guard_rules
 from homeostat.plants.plant import load_plant
+from homeostat.plants.wired.assembly import guard_rules
 from tests.equipment.links.misbehaving.link import Misbehaving
 from tests.equipment.links.scripted import ScriptedPlant
 

@@ -24,8 +24,8 @@ from homeostat.evaluate.scenario import scenario
 from homeostat.guard.requests.seal import Sealer
 from homeostat.guard.sequence.sequencer import nominal_commands, what_follows
 from homeostat.links.simulated import SimulatedLink
-from homeostat.plants.assembly import guard_rules
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import guard_rules
 
 Act = Callable[[Life, float], None]
 

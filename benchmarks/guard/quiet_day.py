@@ -18,8 +18,8 @@ from homeostat.journal.events import Event
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.truth.process import PlantConfiguration, TrueProcess
-from homeostat.plants.assembly import wire
 from homeostat.plants.plant import load_plant
+from homeostat.plants.wired.assembly import wire
 from homeostat.process.seeds import Stream, noise_seed
 
 SEED = 1

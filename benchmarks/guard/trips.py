@@ -14,8 +14,8 @@ from homeostat.domain.ports import GuardEvent
 from homeostat.guard.guard import Guard
 from homeostat.guard.parts import Attachment
 from homeostat.links.simulated import SimulatedLink
-from homeostat.plants.assembly import guard_rules
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import guard_rules
 from tests.equipment.links.scripted import PlantScript, Push, ScriptedPlant
 
 BASES_K = (306.0, 310.0, 312.5)

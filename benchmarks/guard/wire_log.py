@@ -16,8 +16,8 @@ from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
-from homeostat.plants.assembly import wire
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import wire
 
 PLANTS = {"cstr": (1450.0, 1800.0), "mixing_module": (None, None)}
 """Plant -> onset of a fault and end of the run [s]; the plant's own where None."""

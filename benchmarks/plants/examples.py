@@ -24,8 +24,8 @@ from homeostat.domain.outcome import Outcome
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Fault, scenario_of
 from homeostat.links.clock import DeclaredClock
-from homeostat.plants.learning import learned
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.teaching.learning import learned
 
 EXAMPLES = ROOT / "examples"
 GENERATED = ("plant.ttl", "baseline.csv")

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from homeostat.knowledge.build.build import build
+from homeostat.knowledge.build.tables.reading import FOLDER
+from homeostat.knowledge.build.whole import write_whole
 from homeostat.plants.files.folder import BASELINES, INSTALLED, SETTINGS
-from homeostat.plants.learning import learned
 from homeostat.plants.plant import load_plant
+from homeostat.plants.teaching.learning import learned
 
 NAME = "site"
 MODEL = '''"""The reactor of a site: the equations of the one that ships, under a name of its own."""
@@ -86,8 +88,9 @@ class Edit:
 def make(where: Path) -> Path:
     """The plant's folder below ``where``, complete with graph and reference values."""
     folder = where / NAME
-    ignored = shutil.ignore_patterns("__pycache__", "true", "*.py", BASELINES)
+    ignored = shutil.ignore_patterns("__pycache__", "true", "*.py", BASELINES, FOLDER)
     shutil.copytree(INSTALLED / "cstr", folder, ignore=ignored)
+    write_whole(INSTALLED / "cstr", folder)
     own = "homeostat.plants.cstr.process:REACTOR", "process:SiteModel"
     change(folder, [Edit(SETTINGS, *own), Edit(SETTINGS, "end_s = 6000.0", "end_s = 4000.0")])
     (folder / "process.py").write_text(MODEL, encoding="utf-8")

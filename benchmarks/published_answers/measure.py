@@ -39,8 +39,8 @@ from homeostat.journal.calls import ModelCalled
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Failure
 from homeostat.llm.replay import SUPPLIED, SituatedReplay
-from homeostat.plants.assembly import Language, model_alone
 from homeostat.plants.plant import load_plant
+from homeostat.plants.wired.assembly import Language, model_alone
 
 LANGUAGE = "language"
 

@@ -24,8 +24,8 @@ from homeostat.knowledge.store.store import GraphStore
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plants.assembly import Arrangement, Language, Workbench, wire
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import Arrangement, Language, Workbench, wire
 from homeostat.record.run_record import RunRecord
 
 END_S = {"cstr": 2600.0, "mixing_module": 600.0}

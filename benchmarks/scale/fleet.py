@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.model import column
 from homeostat.process.seeds import Stream, noise_seed

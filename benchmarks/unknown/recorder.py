@@ -23,8 +23,8 @@ from homeostat.agents.monitoring.monitoring import TwinMonitoring
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.guard.watch.quality import QualityWatch
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.batch import ProcessError
 
 SAME_S = 5.0

@@ -16,7 +16,7 @@ from homeostat.evaluate.reference.unsupervised import once, open_process, watch
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.score.scoring import kept_until, outside_after, worse
 from homeostat.guard.sequence.sequencer import Sequencer
-from homeostat.plants.assembly import fallbacks, new_sequencer
+from homeostat.plants.wired.assembly import fallbacks, new_sequencer
 from homeostat.process.batch import ProcessError
 from homeostat.process.types import Vec
 

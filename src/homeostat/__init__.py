@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from homeostat.evaluate.study.study import Study
     from homeostat.llm.model import LanguageModel
     from homeostat.plants.plant import load_plant as load_plant
-    from homeostat.plants.supervisor import Supervisor
+    from homeostat.plants.wired.supervisor import Supervisor
     from homeostat.record import events
     from homeostat.stl.formula import parse as formula
 
@@ -73,7 +73,7 @@ _HOMES = {
     "Outcome": "domain.outcome:Outcome",
     "Run": "evaluate.run:Run",
     "Study": "evaluate.study.study:Study",
-    "Supervisor": "plants.supervisor:Supervisor",
+    "Supervisor": "plants.wired.supervisor:Supervisor",
     "declared": "evaluate.operation:declared",
     "events": "record.events:",
     "formula": "stl.formula:parse",

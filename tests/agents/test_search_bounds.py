@@ -21,8 +21,8 @@ from homeostat.domain.recovery import ActionSet, RecoveryPath, open_setpoints
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import Scenario, scenario
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.twin.twin import Twin
 from tests.agents.language.situations import simulation, situation
 from tests.twin.followed import reactor

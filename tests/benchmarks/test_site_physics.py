@@ -15,9 +15,9 @@ from benchmarks.scale.site import BLOCK_S, Site
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import Scenario, scenario
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.mixing_module.layout import P as MIXER
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import new_sequencer
 from tests.plants.cstr.reactor import P, S
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import tomllib
 from functools import cache
 
@@ -16,9 +15,7 @@ from homeostat.plants.plant import Plant, load_plant
 
 @cache
 def components(plant: str) -> frozenset[str]:
-    table = load_plant(plant).files.folder / "engineering" / "equipment.csv"
-    with table.open(encoding="utf-8") as file:
-        return frozenset(row["id"] for row in csv.DictReader(file))
+    return frozenset(component.name for component in load_plant(plant).description.components)
 
 
 def is_balance(text: str, plant: str) -> bool:

@@ -15,9 +15,9 @@ from homeostat.knowledge.build.build import GRAPH, build
 from homeostat.knowledge.build.provenance import is_sealed
 from homeostat.plants.files.folder import BASELINES
 from homeostat.plants.files.generated import baseline_sources
-from homeostat.plants.learning import learned
 from homeostat.plants.plant import load_plant
 from homeostat.plants.scaffold import make_plant
+from homeostat.plants.teaching.learning import learned
 from tests.cli.command import COMMAND, LIMIT_S, environment, homeostat, refused
 
 LIMITS = "engineering/limits.csv"

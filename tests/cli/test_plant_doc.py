@@ -39,7 +39,7 @@ def test_what_cannot_be_read_or_written_is_one_line(tmp_path: Path) -> None:
 
 def test_a_plant_whose_tables_are_wrong_has_no_page(tmp_path: Path) -> None:
     shutil.copytree(INSTALLED / "cstr", tmp_path / "mine", ignore=shutil.ignore_patterns("__pycache__"))
-    table = tmp_path / "mine" / "engineering" / "signals.csv"
-    table.write_text(table.read_text("utf-8").replace("T1,PV,K,270,380", "T1,PV,K,many,380"), "utf-8")
-    refused(homeostat("plant", "doc", "./mine", cwd=tmp_path), "signals.csv row 2 ('T1')", "'many'")
+    table = tmp_path / "mine" / "engineering" / "instruments.csv"
+    table.write_text(table.read_text("utf-8").replace("T1,K,270,380", "T1,K,many,380"), "utf-8")
+    refused(homeostat("plant", "doc", "./mine", cwd=tmp_path), "instruments.csv row 2 ('TT1')", "'many'")
     assert not (tmp_path / "mine.html").exists()

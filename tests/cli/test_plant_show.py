@@ -51,7 +51,7 @@ def test_what_is_shown_can_be_stated_and_says_the_same(tanks: Path) -> None:
 def test_all_tables_are_told_apart_by_lines_with_their_names(tanks: Path) -> None:
     done = homeostat("plant", "show", "./two_tanks", cwd=tanks.parent)
     heads = [line for line in done.out.splitlines() if line.startswith("#")]
-    assert len(heads) == 29
+    assert len(heads) == 30
     assert "# signals: 20 rows, 20 of them from other tables" in heads
     assert "# states: 5 rows, 0 of them from other tables" in heads
 
@@ -81,3 +81,25 @@ def test_the_times_of_the_settings_follow_from_how_fast_the_plant_is(tmp_path: P
     assert shown["twin", "horizon_s"]["seconds"] == "9000"
     assert shown["twin", "horizon_s"]["follows_from"] == "a response of 2500 s in ticks of 10 s"
     assert (shown["monitoring", "review_s"]["seconds"], shown["monitoring", "review_s"]["follows_from"]) == ("700", "")
+
+
+def test_the_states_that_the_settings_may_name_are_listed(tmp_path: Path) -> None:
+    tanks = Path(shutil.copytree(EXAMPLE, tmp_path / "two_tanks"))
+    settings = tanks / "case.toml"
+    text = settings.read_text("utf-8").replace("B1_V = 0.2", "level_B1 = 0.2")
+    settings.write_text(text, "utf-8")
+    done = homeostat("plant", "try", "./two_tanks", cwd=tmp_path)
+    assert done.status == 2 and "twin, initial: the plant has no state variable 'level_B1'" in done.err
+    said = "there are B1_V, B2_V, B1_T, B2_T, product ('homeostat plant show two_tanks --table model' shows all)"
+    assert said in done.err
+    done = homeostat("plant", "show", "./two_tanks", "--table", "model", cwd=tmp_path)
+    assert done.status == 0
+    shown = {row["state"]: row for row in rows(done.out)}
+    assert shown["B1_V"] == {"state": "B1_V", "begins": "90", "unit": "L", "initial": ""}
+    assert shown["B2_V"]["initial"] == "0.2" and list(shown) == ["B1_V", "B2_V", "B1_T", "B2_T", "product"]
+
+
+def test_the_states_of_a_kernel_by_hand_are_all_that_it_has(tmp_path: Path) -> None:
+    done = homeostat("plant", "show", "mixing_module", "--table", "model", cwd=tmp_path)
+    first = {"state": "V1", "begins": "0.314898", "unit": "", "initial": "0.02"}
+    assert done.status == 0 and rows(done.out)[0] == first

@@ -66,8 +66,8 @@ def _read_arguments(arguments: list[str]) -> None:
         case "campaign:carry_out":
             assert hs.Study(REPO / options.file).jobs
         case "orders:carry_out" if options.verb in ("in-service", "out-of-service", "start"):
-            tables = (f.read_text("utf-8") for f in (REPO / "src/homeostat/plants").glob("*/engineering/*.csv"))
-            assert any(re.search(rf"\b{re.escape(options.subject)}\b", table) for table in tables), options.subject
+            graphs = (f.read_text("utf-8") for f in (REPO / "src/homeostat/plants").glob("*/plant.ttl"))
+            assert any(re.search(rf"\b{re.escape(options.subject)}\b", graph) for graph in graphs), options.subject
 
 
 @pytest.mark.parametrize(

@@ -26,8 +26,8 @@ from homeostat.evaluate.score.scoring import outside_after
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plants.assembly import Language, fallbacks, new_sequencer
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import Language, fallbacks, new_sequencer
 from tests.twin.followed import reactor
 
 STUCK = scenario(reactor(), "cool_stuck_closed", 1, 1450.0, None, 2400.0)

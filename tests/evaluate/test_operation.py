@@ -23,8 +23,8 @@ from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.journal import Event, MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink, SimulatedWire
-from homeostat.plants.assembly import Arrangement, new_sequencer, wire
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import Arrangement, new_sequencer, wire
 from tests.equipment.links.misbehaving.link import LostHeartbeat, Misbehaving, NoLease
 
 FAULT, OFFERED_S = "stuck_closed_VI202", 90.0

@@ -26,8 +26,8 @@ from homeostat.evaluate.scenario import scenario
 from homeostat.journal import Event, MemoryTrace
 from homeostat.journal.verify.verify import verify
 from homeostat.links.clock import DeclaredClock
-from homeostat.plants.assembly import Workbench, in_operation
 from homeostat.plants.plant import load_plant
+from homeostat.plants.wired.assembly import Workbench, in_operation
 from homeostat.record.directory import RunDirectory
 from homeostat.record.releases import Release, Releases
 from homeostat.record.result import read_result

@@ -25,6 +25,7 @@ from homeostat.plants.model import find_model
 from homeostat.plants.settings.file import read_settings
 from homeostat.stl.formula import Expression, Formula
 from tests.knowledge.tables import INSTALLED
+from tests.knowledge.whole import whole
 
 PLANTS = ("cstr", "mixing_module")
 NUMBERS = (
@@ -91,12 +92,15 @@ def read(path: Path) -> list[list[str]]:
 def folder(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     """A copy of a plant."""
     ignored = shutil.ignore_patterns("__pycache__", "*.py")
-    return Path(shutil.copytree(INSTALLED / request.param, tmp_path / request.param, ignore=ignored))
+    folder = Path(shutil.copytree(INSTALLED / request.param, tmp_path / request.param, ignore=ignored))
+    for path in (folder / "engineering").glob("*.csv"):
+        path.unlink()
+    return folder
 
 
 def edited(folder: Path, data: st.DataObject, edits: int) -> None:
     """Put the tables back as they are, and then change some of their cells, rows and headers."""
-    for path in sorted((INSTALLED / folder.name / "engineering").glob("*.csv")):
+    for path in sorted((whole(folder.name) / "engineering").glob("*.csv")):
         shutil.copy(path, folder / "engineering")
     for _ in range(edits):
         path = folder / "engineering" / f"{data.draw(st.sampled_from(sorted(SCHEMAS)))}.csv"

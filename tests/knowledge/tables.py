@@ -14,18 +14,19 @@ from pyoxigraph import NamedNode, RdfFormat
 
 from homeostat.knowledge.build.build import build, mapped
 from homeostat.knowledge.store.embedded import EmbeddedStore
+from tests.knowledge.whole import whole
 
 Rows = list[dict[str, str]]
 
 INSTALLED = Path(__file__).resolve().parents[2] / "src" / "homeostat" / "plants"
 CSTR = INSTALLED / "cstr"
 SYSTEM = NamedNode("urn:homeostat:cstr#system")
-TABLES = tuple(sorted(path.stem for path in (CSTR / "engineering").glob("*.csv")))
+TABLES = tuple(sorted(path.stem for path in (whole("cstr") / "engineering").glob("*.csv")))
 
 
 @dataclass(frozen=True)
 class Workbench:
-    """A writable copy of the reactor's tables, with the settings that say what its system is called."""
+    """A writable copy of the reactor's tables, every row stated, with its settings."""
 
     folder: Path
 
@@ -33,7 +34,7 @@ class Workbench:
     def at(cls, folder: Path) -> Workbench:
         (folder / "engineering").mkdir(parents=True)
         shutil.copy(CSTR / "case.toml", folder)
-        for table in (CSTR / "engineering").glob("*.csv"):
+        for table in (whole("cstr") / "engineering").glob("*.csv"):
             shutil.copy(table, folder / "engineering")
         return cls(folder)
 

@@ -28,10 +28,11 @@ from homeostat.knowledge.vocabulary.tbox import ontologies
 from homeostat.knowledge.vocabulary.vocabulary import HS, PREFIXES, RDF, CPSMod, M
 from homeostat.stl.formula import parse_expression
 from tests.knowledge.tables import INSTALLED, SYSTEM, TABLES, Rows, Workbench, reactor, store_of
+from tests.knowledge.whole import whole
 
 PLANTS = sorted(path.parent for path in INSTALLED.glob("*/case.toml"))
 SHIPPED = Path(module.__file__).with_name(MAPPING)
-ENGINEERING = sorted(INSTALLED.glob("cstr/engineering/*.csv"))
+ENGINEERING = sorted((whole("cstr") / "engineering").glob("*.csv"))
 MORPH = INSTALLED.parents[2] / ".rml-venv" / "bin" / "python"
 
 

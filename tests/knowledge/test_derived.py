@@ -18,6 +18,7 @@ from homeostat.knowledge.checks.consistency import ModelInterface, inconsistenci
 from homeostat.knowledge.store.error import Code, GraphError
 from tests.knowledge.shorts import Short, rows_of
 from tests.knowledge.tables import INSTALLED
+from tests.knowledge.whole import whole
 
 LOOPS = {"FIC1": ("F1", "V1"), "LIC1": ("L1", "P1"), "TIC2": ("T2", "H1")}
 ACTUATORS = ("V1", "P1", "H1")
@@ -181,9 +182,12 @@ def test_nothing_is_written_into_the_folder_and_every_row_says_where_it_comes_fr
 
 @pytest.mark.parametrize("plant", ["cstr", "mixing_module"])
 def test_nothing_follows_where_there_are_no_instruments(plant: str) -> None:
-    found = tables(INSTALLED / plant)
+    found = tables(whole(plant))
     assert found.keys() == SCHEMAS.keys()
-    assert found == stated_tables(INSTALLED / plant)[0]
+    assert found == stated_tables(whole(plant))[0]
+    assert {name: table.rows for name, table in tables(INSTALLED / plant).items() if name in SCHEMAS} == {
+        name: table.rows for name, table in found.items()
+    }
 
 
 def test_a_graph_is_stale_when_other_rows_would_follow(short: Short) -> None:
@@ -277,3 +281,103 @@ def test_one_digit_is_written_with_one_digit(value: float) -> None:
     rounded = one_digit(value)
     assert abs(rounded - value) <= 0.5 * value + 1e-12
     assert float(written(rounded)) == pytest.approx(rounded, rel=1e-6)
+
+
+# --- rows that are not wanted, and rows that stand for several -----------------------------------------------------
+
+
+def test_an_omitted_row_does_not_follow_and_nothing_that_follows_from_it(short: Short) -> None:
+    before = {name: table.rows for name, table in tables(short.folder).items()}
+    short.write("omitted", "table,row,reason", "faults,V1_*,The valve is watched by others", "features,F-LIC1,")
+    assert short.mistakes() == []
+    after = {name: table.rows for name, table in tables(short.folder).items()}
+    gone = {name: [row for row in rows if row not in after[name]] for name, rows in before.items() if name != "omitted"}
+    assert [row["id"] for row in gone["faults"]] == ["V1_stuck_open", "V1_stuck_closed", "V1_weak"]
+    assert [row["id"] for row in gone["features"]] == ["F-LIC1"]
+    assert [row["id"] for row in gone["symptoms"]] == ["S-LIC1-OFF"]
+    assert {row["fault"] for row in after["symptom_faults"]} == {row["id"] for row in after["faults"]}
+    assert all(gone[name] == [] for name in ("signals", "equipment", "quality", "writables", "limits"))
+    assert len(short.plant().faults) == len(after["faults"])
+
+
+def test_a_stated_row_is_none_that_follows_and_cannot_be_omitted(short: Short) -> None:
+    short.write("signals", "tag,high", "F1.sp,0.5")
+    short.write("omitted", "table,row", "signals,F1.sp")
+    (mistake,) = short.mistakes()
+    assert mistake.thing == "omitted.csv row 2 ('signals F1.sp')"
+    assert mistake.message.startswith("row: nothing that follows in signals is called 'F1.sp'; did you mean 'L1.sp'")
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("fautls,V1_*", "table: there is no table 'fautls'; did you mean 'faults'"),
+        (
+            "faults,V1_stuk_open",
+            "row: nothing that follows in faults is called 'V1_stuk_open'; did you mean 'V1_stuck_",
+        ),
+        ("guards,warm", "table: there is no table 'guards'"),
+        (",V1_*", "table: the cell is empty; fill it"),
+        ("faults,", "row: the cell is empty; fill it"),
+    ],
+)
+def test_what_omits_nothing_is_one_line(short: Short, line: str, said: str) -> None:
+    short.write("omitted", "table,row", line)
+    (mistake,) = short.mistakes()
+    assert mistake.message.startswith(said) and mistake.thing.startswith("omitted.csv row 2")
+
+
+def test_what_is_needed_is_missed_where_it_is_used(short: Short) -> None:
+    short.write("omitted", "table,row", "signals,L1.sp")
+    assert any("there is no tag 'L1.sp'" in mistake.message for mistake in short.mistakes())
+
+
+def test_a_row_may_stand_for_several_things(short: Short) -> None:
+    short.write("quality", "tag,grace_s,description", "L1|L2,7,Both levels")
+    short.write("writables", "tag,confirm_s", "F1.sp|T2.sp,4")
+    short.write("state_requirements", "state,component,description", "normal|holding,V1|P1,What moves")
+    assert short.mistakes() == []
+    assert [short.row("quality", tag=tag)["grace_s"] for tag in ("L1", "L2", "F1")] == ["7", "7", "5"]
+    assert {short.row("writables", tag=tag)["confirm_s"] for tag in ("F1.sp", "T2.sp")} == {"4"}
+    pairs = [(row["state"], row["component"]) for row in tables(short.folder)["state_requirements"].rows]
+    assert sorted(pairs) == [("holding", "P1"), ("holding", "V1"), ("normal", "P1"), ("normal", "V1")]
+
+
+def test_the_same_thing_twice_is_told_with_both_lines(short: Short) -> None:
+    short.write("quality", "tag,grace_s,description", "L1|L2,7,Both levels", "L2,6,Again")
+    told = [str(mistake) for mistake in short.mistakes() if mistake.code is Code.DUPLICATE_ID]
+    assert len(told) == 1 and "quality.csv row 3 ('L2'): tag is that of row 2" in told[0]
+
+
+def test_an_instrument_may_say_what_it_is_called_and_be_a_switch(short: Short) -> None:
+    text = short.path("instruments").read_text("utf-8").splitlines()
+    head, rows = text[0].split(","), text[1:]
+    more = [f"{line},," for line in rows]
+    switch = {
+        "id": "LS1",
+        "tag": "L1.full",
+        "unit": "1",
+        "low": "0",
+        "high": "1",
+        "at": "B1",
+        "description": "B1 is full",
+    }
+    own = ",".join((*[switch.get(column, "") for column in head], "Level switch", "STATUS"))
+    short.write("instruments", ",".join((*head, "label", "role")), *more, own)
+    assert short.mistakes() == []
+    assert short.row("equipment", id="LS1")["label"] == "Level switch"
+    assert short.row("signals", tag="L1.full")["role"] == "STATUS"
+    assert not [row for row in tables(short.folder)["sensors"].rows if row["component"] == "LS1"]
+    quality = short.row("quality", tag="L1.full")
+    assert (quality["noise"], quality["grace_s"]) == ("", "0")
+
+
+def test_the_operator_that_is_stated_of_a_part_is_that_of_its_streams(short: Short) -> None:
+    part = tables(short.folder)["streams"].rows[0]["target"]
+    short.write("operators", "id,resource,label", f"PO_Dose,{part},Dose the feed")
+    assert short.mistakes() == []
+    found = tables(short.folder)
+    assert {row["operator"] for row in found["flows"].rows if row["flow"] == found["streams"].rows[0]["stream"]} == {
+        "PO_Dose"
+    }
+    assert f"PO_{part}" not in {row["id"] for row in found["operators"].rows}

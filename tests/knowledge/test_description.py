@@ -21,11 +21,12 @@ from homeostat.knowledge.vocabulary.vocabulary import HS
 from homeostat.stl.constants import filled
 from homeostat.stl.formula import Expression, Formula, parse, parse_expression
 from homeostat.stl.text import render
-from tests.knowledge.tables import CSTR, SYSTEM, Rows, reactor, store_of
+from tests.knowledge.tables import SYSTEM, Rows, reactor, store_of
+from tests.knowledge.whole import whole
 
 
 def table(name: str) -> Rows:
-    with (CSTR / "engineering" / f"{name}.csv").open(encoding="utf-8", newline="") as file:
+    with (whole("cstr") / "engineering" / f"{name}.csv").open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
 
 

@@ -19,6 +19,7 @@ from homeostat.knowledge.build.tables.reading import OPTIONAL_COLUMNS
 from homeostat.knowledge.build.tables.schemas import SCHEMAS
 from homeostat.knowledge.store.error import Code, GraphError
 from tests.knowledge.tables import INSTALLED, Rows
+from tests.knowledge.whole import whole
 from tests.plants.copies import Copy
 
 PLANTS = ("cstr", "mixing_module")
@@ -41,7 +42,7 @@ def places() -> Iterator[tuple[str, str, str]]:
     """Plant, table and column of every column that has a row."""
     for plant in PLANTS:
         for name, (model, _) in SCHEMAS.items():
-            if table(INSTALLED / plant, name)[1]:
+            if table(whole(plant), name)[1]:
                 yield from ((plant, name, column) for column in model.model_fields)
 
 
@@ -57,7 +58,7 @@ def is_number(name: str, column: str) -> bool:
 def tables(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of a plant's tables, which every test leaves as it was."""
     folder = tmp_path_factory.mktemp(request.param) / str(request.param)
-    shutil.copytree(INSTALLED / request.param / "engineering", folder / "engineering")
+    shutil.copytree(whole(str(request.param)) / "engineering", folder / "engineering")
     return folder
 
 
@@ -85,11 +86,12 @@ def each(folder: Path, fits: Callable[[str, str], bool]) -> Iterator[tuple[str, 
 @pytest.mark.parametrize("plant", PLANTS)
 def test_the_tables_of_the_plants_are_well(plant: str) -> None:
     refuse_bad_tables(INSTALLED / plant)
-    assert {path.stem for path in (INSTALLED / plant / "engineering").glob("*.csv")} == SCHEMAS.keys()
+    refuse_bad_tables(whole(plant))
+    assert {path.stem for path in (whole(plant) / "engineering").glob("*.csv")} == SCHEMAS.keys()
 
 
 def test_a_plant_may_lack_its_prices_and_no_other_table(tmp_path: Path) -> None:
-    copy = Copy.of("cstr", tmp_path)
+    copy = Copy.whole("cstr", tmp_path)
     (copy.folder / "engineering" / "prices.csv").unlink()
     assert list(mistakes(copy.folder)) == []
     (copy.folder / "engineering" / "prices.csv").write_bytes(b"")

@@ -20,6 +20,7 @@ from homeostat.knowledge.vocabulary.units import known_units
 from homeostat.knowledge.vocabulary.vocabulary import HS, OWN_UNITS, PREFIXES, QUDT, RDF
 from tests.cli.command import homeostat
 from tests.knowledge.tables import INSTALLED, Rows, Workbench, reactor, store_of
+from tests.knowledge.whole import whole
 
 PLANTS = sorted(path.parent for path in INSTALLED.glob("*/case.toml"))
 PREAMBLE = "".join(f"PREFIX {prefix}: <{iri}>\n" for prefix, iri in PREFIXES)
@@ -41,7 +42,7 @@ def store_at(folder: Path) -> EmbeddedStore:
 @pytest.mark.parametrize("folder", PLANTS, ids=lambda path: path.name)
 def test_every_symbol_of_every_table_is_known(folder: Path) -> None:
     for table, column in UNITS.items():
-        with (folder / "engineering" / f"{table}.csv").open(encoding="utf-8", newline="") as file:
+        with (whole(folder.name) / "engineering" / f"{table}.csv").open(encoding="utf-8", newline="") as file:
             assert {row[column] for row in csv.DictReader(file)} <= known_units().keys(), table
 
 

@@ -22,7 +22,7 @@ from homeostat.llm.providers import failure_of
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.secrets import SHORTEST_KEY, Secrets
-from homeostat.plants.assembly import Language, Workbench
+from homeostat.plants.wired.assembly import Language, Workbench
 from homeostat.twin.twin import Twin
 from tests.agents.language.situations import simulation, situation
 from tests.agents.stuck_valve import grounding

@@ -6,7 +6,10 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
+from homeostat.knowledge.build.build import GRAPH, build
 from homeostat.knowledge.build.provenance import seal
+from homeostat.knowledge.build.tables.reading import FOLDER
+from homeostat.knowledge.build.whole import write_whole
 from homeostat.plants.files.folder import INSTALLED
 from homeostat.plants.plant import Plant, load_plant
 
@@ -21,6 +24,15 @@ class Copy:
     def of(cls, name: str, where: Path) -> Copy:
         shutil.copytree(INSTALLED / name, where / name, ignore=shutil.ignore_patterns("__pycache__"))
         return cls(where / name)
+
+    @classmethod
+    def whole(cls, name: str, where: Path) -> Copy:
+        """With every row stated, those that follow from others as well; its graph is that of the shipped one."""
+        made = cls.of(name, where)
+        shutil.rmtree(made.folder / FOLDER)
+        write_whole(INSTALLED / name, made.folder)
+        (made.folder / GRAPH).write_bytes(build(made.folder))
+        return made
 
     def load(self) -> Plant:
         return load_plant(str(self.folder))

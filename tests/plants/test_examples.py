@@ -16,8 +16,8 @@ from homeostat.evaluate.lint.deep.course import Course, Setting, run
 from homeostat.evaluate.runner import run as supervised
 from homeostat.evaluate.scenario import Fault, scenario_of
 from homeostat.links.clock import DeclaredClock
-from homeostat.plants.learning import learned
 from homeostat.plants.plant import load_plant
+from homeostat.plants.teaching.learning import learned
 from tests.cli.command import homeostat
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

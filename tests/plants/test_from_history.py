@@ -14,11 +14,11 @@ from homeostat.history.samples import Batch, Span
 from homeostat.history.store import UnknownTag
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.truth.process import PlantConfiguration, TrueProcess
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.baselines import read_baselines
-from homeostat.plants.from_history import learned_from_history
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.teaching.from_history import learned_from_history
+from homeostat.plants.wired.assembly import new_sequencer
 from tests.cli.command import homeostat, refused
 from tests.plants.copies import Copy
 

@@ -19,8 +19,8 @@ from homeostat.plants.error import PlantError
 from homeostat.plants.files.baselines import read_baselines
 from homeostat.plants.files.folder import BASELINES, INSTALLED, read_files
 from homeostat.plants.files.generated import baseline_sources
-from homeostat.plants.learning import learned
 from homeostat.plants.plant import load_plant
+from homeostat.plants.teaching.learning import learned
 from tests.cli.command import homeostat, refused
 from tests.plants.copies import Copy
 

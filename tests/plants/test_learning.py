@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from homeostat.plants.error import PlantError
-from homeostat.plants.learning import learn
 from homeostat.plants.plant import load_plant
+from homeostat.plants.teaching.learning import learn
 from tests.plants.copies import Copy
 
 

@@ -20,9 +20,9 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.plants import scaffold
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.folder import BASELINES, SETTINGS
-from homeostat.plants.learning import learned
 from homeostat.plants.plant import load_plant
 from homeostat.plants.scaffold import NAME, SCAFFOLDS, make_plant, scaffold_names
+from homeostat.plants.teaching.learning import learned
 from tests.cli.command import COMMAND, LIMIT_S, environment, homeostat, refused
 
 FAULT = {"tanks": "H1_stuck_open", "reactor": "V1_stuck_open", "batch": "P1_stuck_closed"}

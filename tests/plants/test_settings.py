@@ -20,13 +20,13 @@ from homeostat.guard.guard import Guard
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
-from homeostat.plants import assembly
-from homeostat.plants.assembly import wire
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.folder import INSTALLED, PlantFiles
 from homeostat.plants.plant import load_plant
 from homeostat.plants.settings.file import read_settings
 from homeostat.plants.settings.settings import Settings
+from homeostat.plants.wired import assembly
+from homeostat.plants.wired.assembly import wire
 from homeostat.record.row import RESERVED, Row, columns_of
 from tests.cli.command import homeostat, refused
 from tests.evaluate.study.fake_rows import plain
@@ -193,7 +193,7 @@ def test_a_setting_that_does_not_fit_the_plant(reactor: Copy, old: str, new: str
         "antigravity:geohash", "os:system", "homeostat.process.model:ProcessModel", "homeostat.plants.cstr:process",
         "homeostat.plants.csrt.process:REACTOR", "homeostat.plants.cstr.process:REACTORS",
         "homeostat.plants.cstr.process:Mapping", "homeostat.plants.cstr.process:advance",
-        "homeostat.plants.learning:main", "homeostat.plants.cstr.__init__:x",
+        "homeostat.plants.teaching.learning:main", "homeostat.plants.cstr.__init__:x",
     ],
 )  # fmt: skip
 def test_only_what_an_installed_plant_provides_is_imported(reactor: Copy, model: str) -> None:

@@ -324,3 +324,21 @@ def test_arrays_with_missing_columns_are_refused_by_the_kernel(field: str) -> No
     short = {field: getattr(b, field)[..., :-1]} | ({"onset_s": b.onset_s[..., :-1]} if field == "severity" else {})
     with pytest.raises(ValueError, match="columns of the layout"):
         run(replace(b, record=(0,), **short))
+
+
+def test_a_member_that_leaves_the_physical_world_leaves_the_others_as_they_are() -> None:
+    """Without an error it is NaN from then on, at every stride, however it is cut."""
+    healthy = batch(60, members=3)
+    values = healthy.parameters.copy()
+    values[1, P.k0_A] = 1e60  # nothing reacts like that
+    what = replace(healthy, parameters=values, stride=7)
+    with pytest.raises(ProcessError, match="member 1 left the physical world"):
+        run(what)
+    found = simulate(MODEL.kernel, what, refuse=False)
+    alone = run(replace(healthy, stride=7))
+    assert same(found.record[[0, 2]], alone.record[[0, 2]]) and same(found.state[[0, 2]], alone.state[[0, 2]])
+    assert np.isnan(found.record[1, -1]).all() and np.isnan(found.state[1]).all()
+    pieces = BatchRun(MODEL.kernel, what, refuse=False)
+    for until in (1, 20, 21, 60):
+        pieces.advance(until)
+    assert same(pieces.record, found.record)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import scenario
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import load_plant
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.batch import Batch, ProcessError
 from homeostat.process.moves import Moves
 from homeostat.process.seeds import Stream, noise_seed
@@ -171,6 +171,14 @@ def test_the_batch_stays_what_it_was() -> None:
 def test_a_member_that_leaves_the_physical_world_is_named_with_its_time() -> None:
     with pytest.raises(ProcessError, match=r"member 1 left the physical world at t = 103 s .*level = -1"):
         run(batch([0.0, 1.0], 5, level=2.0), sequence((0.0, 1.0)))
+
+
+def test_without_refusing_all_others_go_on() -> None:
+    steps = sequence((0.0, 1.0), (0.0, 0.0), guards=("level <= 0.5",))
+    result = run_sequences(MODEL, batch([0.25, 1.5], 8, level=2.25), [steps], START, refuse=False)  # type: ignore[arg-type]
+    assert result.record[0, :, 0].tolist() == [2.0, 1.75, 1.5, 1.25, 1.0, 0.75, 0.5, 0.5]
+    assert result.step[1].tolist() == [0, 0, 0, 0, 0, 0, 0, 0], "what is lost takes no step"
+    assert np.isnan(result.record[1, 2:]).all()
 
 
 # --- against an sequencer that stands beside each member --------------------------------------------------------

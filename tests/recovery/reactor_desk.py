@@ -22,7 +22,7 @@ from homeostat.guard.requests.seal import Sealer
 from homeostat.journal import MemoryTrace
 from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plants.assembly import Workbench, fallbacks
+from homeostat.plants.wired.assembly import Workbench, fallbacks
 from homeostat.recovery.exchange.beside import DaemonExecutor
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import ReleaseCheck

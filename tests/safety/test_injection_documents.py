@@ -21,7 +21,7 @@ from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plants.assembly import Language
+from homeostat.plants.wired.assembly import Language
 from tests.agents.briefings import briefing
 from tests.agents.stuck_valve import now
 from tests.safety.injections import CORPUS, Injection

@@ -20,7 +20,7 @@ from homeostat.llm.address import SERVER_KEY, parse_address
 from homeostat.llm.network import AddressPolicy
 from homeostat.llm.providers import ProviderModel, Sampling
 from homeostat.llm.retry import RetryingModel
-from homeostat.plants.assembly import Language
+from homeostat.plants.wired.assembly import Language
 from homeostat.recovery.bounds import Budget
 from tests.llm.servers import hostile, random_model
 

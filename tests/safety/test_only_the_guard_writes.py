@@ -15,14 +15,14 @@ from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
-from homeostat.plants.assembly import wire
 from homeostat.plants.plant import load_plant
+from homeostat.plants.wired.assembly import wire
 
 SOURCES = Path(homeostat.__file__).parent
 WRITER = "guard/writing/writer.py"
 PASSES_ON = "guard/writing/bounded.py"
 """The writer's wire over a link that may block: what it is given to send, it sends in a thread of its own."""
-MAKES_PLANTS = ("links/", "evaluate/", "plants/learning.py", "cli/")
+MAKES_PLANTS = ("links/", "evaluate/", "plants/teaching/learning.py", "cli/")
 """Where a simulated plant may be made: outside everything that takes part in a recovery."""
 
 

@@ -143,3 +143,41 @@ def test_a_unit_is_known_by_its_factors(left: str, right: str, same: bool) -> No
 def test_an_expression_is_checked_as_well() -> None:
     with pytest.raises(FormulaError, match=re.escape("expression 'T1 - F1', column 6: 'T1' is in K")):
         parse_expression("T1 - F1", TAGS)
+
+
+HEAT = {
+    tag.name: tag
+    for tag in (
+        Tag("Q", Role.PV, "kW", Range(0.0, 100.0), 1.0),
+        Tag("F", Role.PV, "L/s", Range(0.0, 10.0), 0.1),
+        Tag("cp", Role.PV, "kJ/(L K)", Range(1.0, 10.0), 0.1),
+        Tag("warm", Role.PV, "degC", Range(0.0, 100.0), 1.0),
+        Tag("cold", Role.PV, "degC", Range(0.0, 100.0), 1.0),
+        Tag("hot", Role.PV, "K", Range(273.0, 373.0), 1.0),
+        Tag("turns", Role.PV, "Hz", Range(0.0, 50.0), 1.0),
+        Tag("rate", Role.PV, "1/s", Range(0.0, 50.0), 1.0),
+        Tag("small", Role.PV, "W", Range(0.0, 50.0), 1.0),
+    )
+}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Q - cp * F * (warm - cold) >= -1",
+        "cp * F * (warm - cold) <= Q",
+        "Q / F >= cp * (warm - cold)",
+        "turns - rate <= 1",
+        "warm * F <= F * hot",  # differences are the same in degC and K
+    ],
+)
+def test_what_is_the_same_to_the_digit_goes_together(text: str) -> None:
+    assert parse(text, HEAT).tags
+
+
+@pytest.mark.parametrize(
+    "text", ["warm <= hot", "Q <= small", "Q <= cp * F", "Q - F >= 0", "turns * turns <= rate", "abs(warm) - hot <= 1"]
+)
+def test_what_has_another_factor_or_another_zero_does_not(text: str) -> None:
+    with pytest.raises(FormulaError, match="convert one of them with a coefficient"):
+        parse(text, HEAT)

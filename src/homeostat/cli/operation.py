@@ -12,7 +12,7 @@ from homeostat.domain.mode import Mode, PersonCommand
 from homeostat.domain.quotation import printable
 from homeostat.evaluate.named_model import NamedModel, NoSuchModel
 from homeostat.evaluate.operation import Operation
-from homeostat.plants.assembly import Language
+from homeostat.plants.wired.assembly import Language
 from homeostat.record.row import SEARCH
 from homeostat.recovery.bounds import Budget
 from homeostat.service.inbox import Inbox

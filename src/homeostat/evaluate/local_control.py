@@ -8,8 +8,8 @@ from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.sequence.recognition import Evidence, followed
 from homeostat.guard.sequence.sequencer import Sequencer, nominal_commands, what_follows
-from homeostat.plants.assembly import guard_rules, new_sequencer
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import guard_rules, new_sequencer
 
 
 @dataclass(frozen=True, slots=True)

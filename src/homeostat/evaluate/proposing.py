@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from homeostat.agents.playbook.book import Book
 from homeostat.evaluate.conditions import Conditions
 from homeostat.journal import Setting
-from homeostat.plants.assembly import Language, Propose, in_operation
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import Language, Propose, in_operation
 from homeostat.recovery.bounds import Budget
 
 

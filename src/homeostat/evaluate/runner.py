@@ -31,7 +31,8 @@ from homeostat.journal.beside.archive import Archive, MemoryArchive
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
 from homeostat.links.truth.process import TrueProcess
-from homeostat.plants.assembly import (
+from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import (
     Arrangement,
     Assembly,
     Propose,
@@ -40,7 +41,6 @@ from homeostat.plants.assembly import (
     new_sequencer,
     wire,
 )
-from homeostat.plants.plant import Plant
 from homeostat.record.run_record import RunRecord
 
 Watcher: TypeAlias = Callable[[Snapshot], None]

@@ -12,9 +12,9 @@ from homeostat.evaluate.scenario import Fault, ScenarioError, departing, repaire
 from homeostat.journal import MemoryTrace, RunFinished
 from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.llm.model import LanguageModel
-from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.plants.truth import NONE
+from homeostat.plants.wired.assembly import Language
 from homeostat.process.batch import ProcessError
 
 

@@ -14,8 +14,8 @@ from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.record.run_record import RunRecord
 
 

@@ -133,14 +133,18 @@ class BatchResult:
     """Final states, shape (M, states)."""
 
 
-def simulate(kernel: Kernel, batch: Batch, describe: Callable[[int], str] = "state {}".format) -> BatchResult:
+def simulate(
+    kernel: Kernel, batch: Batch, describe: Callable[[int], str] = "state {}".format, refuse: bool = True
+) -> BatchResult:
     """Advance every member of ``batch``; work is shared among the cores, results do not depend on how.
+
+    ``refuse`` as in :class:`BatchRun`.
 
     Raises:
         ProcessError: arrays do not fit together, a value is not finite, or a member leaves the physical world
             (NaN, negative volume).
     """
-    run = BatchRun(kernel, batch, describe)
+    run = BatchRun(kernel, batch, describe, refuse)
     run.advance(batch.steps)
     return BatchResult(record=run.record, state=run.state)
 
@@ -148,11 +152,17 @@ def simulate(kernel: Kernel, batch: Batch, describe: Callable[[int], str] = "sta
 class BatchRun:
     """A batch that is checked once and then advanced piece by piece: inputs may be chosen as it goes."""
 
-    def __init__(self, kernel: Kernel, batch: Batch, describe: Callable[[int], str] = "state {}".format) -> None:
-        """At the beginning; raises as :func:`simulate` does."""
+    def __init__(
+        self, kernel: Kernel, batch: Batch, describe: Callable[[int], str] = "state {}".format, refuse: bool = True
+    ) -> None:
+        """At the beginning; raises as :func:`simulate` does.
+
+        Without ``refuse`` no error is raised where a member leaves the physical world: its states, and its record from
+        then on, are NaN, and all others go on.
+        """
         _check_shapes(batch)
         _check_values(batch, describe)
-        self._kernel, self._describe = kernel, describe
+        self._kernel, self._describe, self._refuse = kernel, describe, refuse
         self._batch = batch = _packed(batch)
         self._picks = np.array(batch.record, dtype=np.int64)
         self._begin = np.zeros(len(batch.state), dtype=np.int64) if batch.begin is None else batch.begin.copy()
@@ -168,7 +178,7 @@ class BatchRun:
         """Parameters, shape (M, parameters); what is written holds from the tick that is reached."""
         self.severity, self.onset_s = batch.severity, batch.onset_s
         """Severities and onsets [s] of the faults, shape (M, faults); as the parameters."""
-        self.record = np.empty((len(batch.state), batch.steps // batch.stride, len(batch.record)))
+        self.record = np.full((len(batch.state), batch.steps // batch.stride, len(batch.record)), np.nan)
         """As in :class:`BatchResult`, as far as it is reached."""
 
     def advance(self, until: int) -> None:
@@ -193,8 +203,10 @@ class BatchRun:
             edges = np.linspace(0, members, 4 * workers + 1).astype(int)
             with ThreadPoolExecutor(workers) as pool:
                 list(pool.map(run, edges[:-1], edges[1:]))
-        if not np.isnan(broken).all():
+        lost = ~np.isnan(broken)
+        if lost.any() and self._refuse:
             raise self._first_broken(broken)
+        self.state[lost] = np.nan
         self._reached = until
         self._begin = np.maximum(self._begin, until)
 

@@ -55,13 +55,13 @@ class SequenceResult:
 
 
 def run_sequences(
-    model: ProcessModel, batch: Batch, sequences: Sequence[InputSequence], present: Vec
+    model: ProcessModel, batch: Batch, sequences: Sequence[InputSequence], present: Vec, refuse: bool = True
 ) -> SequenceResult:
     """Advance ``batch`` by its ticks; its members follow ``sequences``, chosen by ``input_of``.
 
     They begin with inputs ``present``; ``batch.inputs`` is not looked at.
 
-    Raises ProcessError as :func:`~homeostat.process.batch.simulate` does.
+    Raises ProcessError as :func:`~homeostat.process.batch.simulate` does, whatever breaks without ``refuse`` is NaN.
     """
     members, ticks = len(batch.state), batch.steps
     followed = np.empty((members, ticks), dtype=np.int64)
@@ -70,7 +70,7 @@ def run_sequences(
     commanded = np.zeros_like(inputs)
     moves = batch.moves or Moves.none(members)
     own = replace(batch, stride=1, input_of=np.arange(members), inputs=inputs, record=every)
-    run = BatchRun(model.kernel, own, model.states.__getitem__)
+    run = BatchRun(model.kernel, own, model.states.__getitem__, refuse)
     tick_s = tick_of(model.kernel)
     for k in range(ticks):
         followed[:, k] = walk.step

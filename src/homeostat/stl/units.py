@@ -168,11 +168,26 @@ def _multiplied(node: Binary, left: _Unit | None, right: _Unit | None) -> _Unit 
     for symbol, power in right.powers.items():
         powers[symbol] += sign * power
     symbol = left.symbol if not right.powers else f"{left.symbol} {node.operator} {right.symbol}"
-    return _Unit(symbol, {s: p for s, p in powers.items() if p})
+    return _Unit(symbol, _plain(powers))
 
 
 _FACTOR = re.compile(r"(?P<symbol>[^\W\d]+|%)(?P<power>-?[0-9]+)?")
 """A base symbol and its power, such as ``s`` or ``m3``."""
+_SAME: Mapping[str, Mapping[str, int]] = {
+    "W": {"J": 1, "s": -1},
+    "kW": {"kJ": 1, "s": -1},
+    "MW": {"MJ": 1, "s": -1},
+    "Hz": {"s": -1},
+}
+"""Symbol -> the product of others that is the same, to the digit."""
+
+
+def _plain(powers: Mapping[str, int]) -> Mapping[str, int]:
+    """Without powers of 0; in a product, a temperature in degC is a difference, which is the same in K."""
+    found = Counter({symbol: power for symbol, power in powers.items() if power})
+    if len(found) > 1 or found["degC"] not in (0, 1):
+        found["K"] += found.pop("degC", 0)
+    return {symbol: power for symbol, power in found.items() if power}
 
 
 def _powers(unit: str) -> Mapping[str, int]:
@@ -185,5 +200,7 @@ def _powers(unit: str) -> Mapping[str, int]:
             match = _FACTOR.fullmatch(factor)
             if match is None:
                 return {unit: 1}
-            powers[match["symbol"]] += int(match["power"] or 1) * (1 if index == 0 else -1)
-    return {symbol: power for symbol, power in powers.items() if power}
+            times = int(match["power"] or 1) * (1 if index == 0 else -1)
+            for symbol, power in _SAME.get(match["symbol"], {match["symbol"]: 1}).items():
+                powers[symbol] += times * power
+    return _plain(powers)

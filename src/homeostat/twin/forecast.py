@@ -115,17 +115,23 @@ class Forecast:
 
 
 def forecast(
-    model: ProcessModel, ensemble: Ensemble, schedules: Cube, stride: int, sensor_noise: bool = True
+    model: ProcessModel,
+    ensemble: Ensemble,
+    schedules: Cube,
+    stride: int,
+    sensor_noise: bool = True,
+    refuse: bool = True,
 ) -> Forecast:
     """Roll every schedule (shape (K, steps, inputs)) out over every member of ``ensemble``.
 
-    Every schedule sees the same disturbances (common random numbers), so that schedules can be compared.
+    Every schedule sees the same disturbances (common random numbers), so that schedules can be compared. Where a member
+    leaves the physical world, a ProcessError is raised, or, without ``refuse``, its values are NaN from then on.
     """
     count, steps = schedules.shape[0], schedules.shape[1]
     batch = copies(model, ensemble, count, steps, stride, sensor_noise)
     inputs, follows = _arriving(schedules, ensemble, tick_of(model.kernel))
     batch = replace(batch, inputs=inputs, input_of=follows)
-    result = simulate(model.kernel, batch, lambda i: model.states[i])
+    result = simulate(model.kernel, batch, lambda i: model.states[i], refuse)
     sampled = np.repeat(schedules[:, stride - 1 :: stride][:, : result.record.shape[1]], len(ensemble.states), axis=0)
     return Forecast(model.truth(result.record, sampled), stride * tick_of(model.kernel))
 
@@ -141,14 +147,19 @@ def after(ticks: int) -> Guard:
 
 
 def follow(
-    model: ProcessModel, ensemble: Ensemble, sequences: Sequence[InputSequence], present: Vec, steps: int
+    model: ProcessModel,
+    ensemble: Ensemble,
+    sequences: Sequence[InputSequence],
+    present: Vec,
+    steps: int,
+    refuse: bool = True,
 ) -> Forecast:
     """Let every member of ``ensemble`` carry out every sequence from inputs ``present`` on, for ``steps`` ticks.
 
-    With sensor noise, because what the instruments show decides when a step ends.
+    With sensor noise, because what the instruments show decides when a step ends. ``refuse`` as in :func:`forecast`.
     """
     batch = copies(model, ensemble, len(sequences), steps, 1, sensor_noise=True)
-    result = run_sequences(model, batch, sequences, present)
+    result = run_sequences(model, batch, sequences, present, refuse)
     waited_for = np.repeat([len(s.guards) for s in sequences], len(ensemble.states))
     left = tuple((waited_for - result.reached).tolist())
     most = max(len(s.guards) for s in sequences)

@@ -230,17 +230,22 @@ class Twin:
         """Tag -> values, from variable -> values."""
         return {tag: values[v] for tag, v in self._description.variables.items()}
 
-    def try_many(self, ensemble: Ensemble, schedules: Cube) -> tuple[dict[str, np.ndarray], float]:
-        """Tag -> true values, shape (K * members, times), of K schedules; and the sampling period [s]."""
-        result = forecast(
-            self._model, ensemble, schedules, max(self._timing.ticks(self.settings.stride), 1), sensor_noise=False
-        )
+    def try_many(self, ensemble: Ensemble, schedules: Cube, refuse: bool = True) -> tuple[dict[str, np.ndarray], float]:
+        """Tag -> true values, shape (K * members, times), of K schedules; and the sampling period [s].
+
+        Where a member leaves the physical world, a ProcessError is raised, or, without ``refuse``, what is measured of
+        it is NaN from then on, which breaks every limit.
+        """
+        stride = max(self._timing.ticks(self.settings.stride), 1)
+        result = forecast(self._model, ensemble, schedules, stride, sensor_noise=False, refuse=refuse)
         return self.tag_signals(result.values), result.dt_s
 
-    def follow_many(self, ensemble: Ensemble, routes: Sequence[ActionSet]) -> tuple[dict[str, np.ndarray], float]:
+    def follow_many(
+        self, ensemble: Ensemble, routes: Sequence[ActionSet], refuse: bool = True
+    ) -> tuple[dict[str, np.ndarray], float]:
         """As :meth:`try_many`, of action sets that go on step by step: shape (K * members, times)."""
         sequences = [self._sequence(a) for a in routes]
-        result = follow(self._model, ensemble, sequences, self._now(), self.horizon)
+        result = follow(self._model, ensemble, sequences, self._now(), self.horizon, refuse)
         return self.tag_signals(result.values), result.dt_s
 
     def separation(

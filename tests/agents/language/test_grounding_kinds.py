@@ -28,7 +28,7 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import exact
-from homeostat.plants.assembly import Language, model_alone
+from homeostat.plants.wired.assembly import Language, model_alone
 from tests.agents.briefings import briefing
 from tests.agents.language.situations import CURABLE, questions, simulation, situation
 from tests.agents.stuck_valve import grounding

@@ -10,8 +10,8 @@ from homeostat.evaluate.named_model import NamedModel
 from homeostat.evaluate.study.plan.job import CONSTANT, StudyArm
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
-from homeostat.plants.assembly import Arrangement, Workbench, wire
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import Arrangement, Workbench, wire
 from homeostat.record.row import DO_NOTHING, FALLBACK_ONLY, SEARCH
 
 

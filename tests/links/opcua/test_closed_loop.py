@@ -24,7 +24,7 @@ from homeostat.links.opcua.link import OpcuaLink
 from homeostat.links.opcua.mapping import read_mapping
 from homeostat.links.opcua.security.certificate import Pki
 from homeostat.links.opcua.security.security import Security
-from homeostat.plants.assembly import guard_rules
+from homeostat.plants.wired.assembly import guard_rules
 from tests.cli.command import environment, homeostat_process
 from tests.equipment.opcua.served import wait_up
 

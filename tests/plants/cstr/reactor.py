@@ -7,16 +7,15 @@ import functools
 from collections import namedtuple
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import homeostat.plants.cstr
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.plants.plant import load_plant
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.types import Cube, Table, Vec
+from tests.knowledge.whole import whole
 
 MODEL = load_plant("cstr", learned=False).model
 
@@ -28,7 +27,7 @@ def _columns(names: tuple[str, ...]) -> Any:
 
 S, P, U, F = map(_columns, (MODEL.states, MODEL.parameters, MODEL.inputs, MODEL.faults))
 """Columns of states, parameters, inputs and faults by their names."""
-TABLES = Path(homeostat.plants.cstr.__file__).parent / "engineering"
+TABLES = whole("cstr") / "engineering"
 FAULTS = MODEL.faults
 PUBLISHED_NAMES = {f"{name}_pos": f"{name}_position" for name in ("V1", "P1", "V2", "XV1")}
 """What the references call a column -> its name."""

@@ -5,20 +5,19 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-import homeostat.plants.mixing_module
 from homeostat.plants.mixing_module.hydraulics import ROOM, solve
 from homeostat.plants.mixing_module.layout import FaultSlot, P, S, StateSlot
 from homeostat.plants.mixing_module.process import MixingModel
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.compiled import machine_code
 from homeostat.process.types import Cube, Table, Vec
+from tests.knowledge.whole import whole
 
 MODEL = MixingModel()
-TABLES = Path(homeostat.plants.mixing_module.__file__).parent / "engineering"
+TABLES = whole("mixing_module") / "engineering"
 FAULTS = FaultSlot._fields
 ALL = tuple(range(len(S)))
 CLOSED = 1e-6

@@ -12,8 +12,8 @@ from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
-from homeostat.plants.assembly import wire
 from homeostat.plants.plant import load_plant
+from homeostat.plants.wired.assembly import wire
 from tests.equipment.links.misbehaving.link import Misbehaving
 from tests.equipment.links.misbehaving.readings import ALL, Freeze
 

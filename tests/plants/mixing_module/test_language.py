@@ -21,8 +21,8 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import exact
-from homeostat.plants.assembly import Language, model_alone
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import Language, model_alone
 
 pytestmark = pytest.mark.filterwarnings("ignore:open_binary is deprecated:DeprecationWarning")  # on counting tokens
 

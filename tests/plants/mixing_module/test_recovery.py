@@ -20,8 +20,8 @@ from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import scenario
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
-from homeostat.plants.assembly import fallbacks, new_sequencer
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import fallbacks, new_sequencer
 
 
 @functools.cache

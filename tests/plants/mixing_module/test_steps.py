@@ -25,9 +25,9 @@ from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Failure, ModelError, Question
 from homeostat.llm.scripted import ScriptedModel
-from homeostat.plants.assembly import Language, Workbench, in_operation
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import Language, Workbench, in_operation
 from homeostat.record.result import StepScores
 
 pytestmark = pytest.mark.slow

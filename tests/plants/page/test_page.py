@@ -147,7 +147,9 @@ def test_noise_and_writers_are_told_with_their_units() -> None:
 def test_what_tables_say_is_never_markup(tmp_path: Path) -> None:
     copy = Copy.of("cstr", tmp_path)
     hostile = '<script>alert("1")</script> & <b>'
-    copy.replace("engineering/signals.csv", "Reactor temperature", f'"{hostile.replace(chr(34), chr(34) * 2)}"')
+    copy.replace(
+        "engineering/instruments.csv", ",Reactor temperature\n", "," + f'"{hostile.replace(chr(34), chr(34) * 2)}"\n'
+    )
     copy.replace("engineering/equipment.csv", "Feed isolation valve", "<svg/onload=x>")
     copy.replace("engineering/states.csv", "Normal operation", "<i>Normal</i>]]>")
     copy.replace("case.toml", "Continuous stirred", "</title><script>Continuous stirred")
@@ -165,7 +167,7 @@ def test_a_plant_is_described_without_reference_values_without_running_its_code_
     (copy.folder / BASELINES).unlink()
     copy.replace("case.toml", "homeostat.plants.mixing_module.process:MixingModel", "process:MixingModel")
     (copy.folder / "process.py").write_text("raise SystemExit('it ran')\n")
-    copy.replace("engineering/signals.csv", "Level of B201", "Level of the first tank")
+    copy.replace("engineering/instruments.csv", "Level of B201", "Level of the first tank")
     before = {path: path.read_bytes() for path in copy.folder.rglob("*") if path.is_file()}
     assert "Level of the first tank" in page(read_described(str(copy.folder)))
     assert before == {path: path.read_bytes() for path in copy.folder.rglob("*") if path.is_file()}

@@ -20,8 +20,8 @@ from homeostat.evaluate.simulation import run
 from homeostat.plants.files.baselines import write_baselines
 from homeostat.plants.files.folder import BASELINES
 from homeostat.plants.files.generated import baseline_sources
-from homeostat.plants.learning import learn
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.teaching.learning import learn
 from homeostat.record.figure.figure import compose
 from tests.cli.command import homeostat
 from tests.plants.timed.stretched import Stretched

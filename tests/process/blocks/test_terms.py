@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from homeostat.process.blocks.code.writing import MEMBER, STAGE, Scope, function, how_often
 from homeostat.process.blocks.term import (
     Leaf,
     Term,
@@ -23,7 +24,6 @@ from homeostat.process.blocks.term import (
     term,
     where,
 )
-from homeostat.process.blocks.writing import MEMBER, STAGE, Scope, function, how_often
 
 X, P = Term(Leaf.STATE, value="x"), Term(Leaf.PARAMETER, value="p")
 NUMBERS = st.floats(-100.0, 100.0).map(lambda v: round(v, 3))

@@ -36,9 +36,9 @@ from homeostat.journal.verify.verify import verify
 from homeostat.knowledge.store.error import GraphError
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.links.simulated import SimulatedLink
-from homeostat.plants.assembly import wire
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import load_plant
+from homeostat.plants.wired.assembly import wire
 from homeostat.recovery.exchange.exchange import Exchange, ExchangeSettings
 from homeostat.recovery.exchange.loop import Loop
 from homeostat.recovery.exchange.worker import Worker

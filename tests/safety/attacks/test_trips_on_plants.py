@@ -30,8 +30,8 @@ from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.llm.model import Question, Reply
-from homeostat.plants.assembly import Arrangement, Language, Workbench, guard_rules, wire
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import Arrangement, Language, Workbench, guard_rules, wire
 from tests.equipment.links.misbehaving.link import LostHeartbeat, Misbehaving, Misbehaviour
 from tests.equipment.links.misbehaving.readings import (
     ALL,

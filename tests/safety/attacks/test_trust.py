@@ -73,7 +73,7 @@ ALTERED = {
     "a mean value": ("baseline.csv", "F-COOLING,0.50", "F-COOLING,99990.50", "altered"),
     "a limit in the tables": ("engineering/limits.csv", "T1 <= 313", "T1 <= 312", "made again: plant.ttl"),
     "a fallback reversed in the tables": (
-        "engineering/fallbacks.csv", "drain,shutdown,3,V2.man,1", "drain,shutdown,3,V2.man,0", "",
+        "engineering/fallbacks.csv", "drain|isolate,,V2.man,1,0.5", "drain|isolate,,V2.man,0,0.5", "",
     ),
 }  # fmt: skip
 """File, text, what it is replaced by, what the present says."""

@@ -129,7 +129,7 @@ def test_thinking_is_shown_with_why_the_last_one_ended() -> None:
 def test_the_guards_process_loads_rules_and_neither_twin_nor_compiler() -> None:
     code = (
         "import sys; import homeostat.service.keeping.attach\n"
-        "from homeostat.plants.described import read_described; from homeostat.plants.guarding import rules_of\n"
+        "from homeostat.plants.described import read_described; from homeostat.plants.wired.guarding import rules_of\n"
         "assert rules_of(read_described('cstr')).plant == 'cstr'\n"
         "print(sorted({'numba', 'llvmlite', 'matplotlib', 'homeostat.twin.twin', 'homeostat.plants.plant', "
         "'homeostat.recovery.supervisor', 'homeostat.plants.cstr.kernel'} & set(sys.modules)))"
@@ -139,10 +139,10 @@ def test_the_guards_process_loads_rules_and_neither_twin_nor_compiler() -> None:
 
 
 def test_both_processes_know_a_plant_by_the_same_digest() -> None:
-    from homeostat.plants.assembly import guard_rules
     from homeostat.plants.described import read_described
-    from homeostat.plants.guarding import rules_of
     from homeostat.plants.plant import load_plant
+    from homeostat.plants.wired.assembly import guard_rules
+    from homeostat.plants.wired.guarding import rules_of
 
     for name in ("cstr", "mixing_module"):
         assert rules_of(read_described(name)) == guard_rules(load_plant(name))

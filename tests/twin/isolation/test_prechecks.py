@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import departing, scenario
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.twin.history import History, Window
 from homeostat.twin.isolation.prechecks import (
     EQUAL,

@@ -11,8 +11,8 @@ from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import Fault, scenario_of
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import load_plant
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.batch import Batch, simulate
 from homeostat.twin.twin import Twin
 

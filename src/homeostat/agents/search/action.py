@@ -139,9 +139,9 @@ class SearchAction:
         design, values = space.actions(space.design), situation.snapshot.values
         ways = list(dict.fromkeys(ramped(design, values, seconds) for seconds in twin.timing.times_s(RAMPS_S)))
         ensemble = twin.ensemble(plausible(situation.diagnosis), twin.settings.draws, Purpose.REFINE)
-        signals, dt_s = twin.try_many(ensemble, twin.schedules(ways, twin.horizon))
+        signals, dt_s = twin.try_many(ensemble, twin.schedules(ways, twin.horizon), refuse=False)
         judged = self._cost.judge(signals, dt_s, ensemble.weights, ways)
-        admitted = self._cost.total(judged, {}) <= judged[:, 0]
+        admitted = np.isfinite(judged[:, 0]) & (self._cost.total(judged, {}) <= judged[:, 0])
         return gentlest(ways, excess(self._plant, signals, len(ways)), admitted.tolist())
 
     def _search(self, twin: Twin, space: SearchSpace, situation: Situation, required: Mapping[str, float]) -> ActionSet:
@@ -158,7 +158,7 @@ class SearchAction:
             bases = self._apart(tried, space, settings.bases)
             before = tried[bases[0]]
             self._evaluate(twin, [p for b in bases for p in space.around(b, fraction)], space, few, required, tried)
-            if before > HOPELESS and min(tried.values()) > 0.9 * before:
+            if before > HOPELESS and min(tried.values()) >= 0.9 * before:
                 return space.actions(self._best(tried, space, 1)[0])
         many = twin.ensemble(hypotheses, twin.settings.draws, Purpose.REFINE)
         sure: dict[Point, float] = {}
@@ -206,9 +206,9 @@ class SearchAction:
         untried = [a for a in actions if _key(a) not in judged]
         if untried:
             if untried[0].then:
-                tried = twin.follow_many(ensemble, untried)
+                tried = twin.follow_many(ensemble, untried, refuse=False)
             else:
-                tried = twin.try_many(ensemble, twin.schedules(untried, twin.horizon))
+                tried = twin.try_many(ensemble, twin.schedules(untried, twin.horizon), refuse=False)
             rows = self._cost.judge(*tried, ensemble.weights, untried)
             judged.update(zip(map(_key, untried), rows, strict=True))
         return np.stack([judged[_key(a)] for a in actions])

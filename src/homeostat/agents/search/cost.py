@@ -37,11 +37,15 @@ class Cost:
         """What each candidate comes to, whatever is required: shape (candidates, 1 + criteria).
 
         Expected price over the members by their ``weights``, as a share of the design production [1], then the worst
-        member's margin of everything that forbids, in scales: -inf where a member is undecided.
+        member's margin of everything that forbids, in scales: infinite and -inf where a member is undecided, as is one
+        that has left the physical world.
         """
         count = len(candidates)
         seconds = next(iter(signals.values())).shape[1] * dt_s
-        price = self._pricing.members(signals, dt_s).reshape(count, -1) @ (weights / weights.sum())
+        each = self._pricing.members(signals, dt_s).reshape(count, -1)
+        known = np.isfinite(each)
+        price = np.where(known, each, 0.0) @ (weights / weights.sum())
+        price[~known.all(axis=1)] = np.inf
         states = [sum(self._pricing.of_states(a.states, seconds).values()) for a in candidates]
         found = [(price + np.array(states)) / self._pricing.prices.worth(seconds)]
         for c in self._criteria:

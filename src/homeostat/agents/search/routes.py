@@ -36,7 +36,8 @@ class RouteSearch:
             return routes[0]
         hypotheses = plausible(situation.diagnosis)
         ensemble = self._twin.ensemble(hypotheses, self._twin.settings.search_draws, Purpose.REFINE)
-        cost = self._cost.of(*self._twin.follow_many(ensemble, routes), ensemble.weights, routes, required)
+        signals, dt_s = self._twin.follow_many(ensemble, routes, refuse=False)
+        cost = self._cost.of(signals, dt_s, ensemble.weights, routes, required)
         design = self._design(path)
         far = [sum(abs(v - design[tag]) for tag, v in c.items()) for c in choices]
         return routes[int(np.argmin(cost + CHANGE * np.array(far)))]

@@ -60,7 +60,7 @@ def _attaching(options: argparse.Namespace) -> Attaching:
     from homeostat.links.opcua.security.security import Security
     from homeostat.links.opcua.writing.writes import Translation
     from homeostat.plants.described import read_described
-    from homeostat.plants.guarding import rules_of
+    from homeostat.plants.wired.guarding import rules_of
     from homeostat.service.attached.guarding import Attaching
 
     plant, mapping = read_described(options.case), read_mapping(options.link)

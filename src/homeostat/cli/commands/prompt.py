@@ -12,8 +12,8 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import estimate, exact
-from homeostat.plants.assembly import Language, model_alone
 from homeostat.plants.plant import load_plant
+from homeostat.plants.wired.assembly import Language, model_alone
 
 NOT_ASKED = 1
 """Exit status where the run ended without the question."""

@@ -21,8 +21,8 @@ from homeostat.journal import read_events
 from homeostat.journal.beside.files import MANIFEST, RESULT
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import Plant
-from homeostat.plants.playbook import NAME as PLAYBOOK
-from homeostat.plants.playbook import open_playbook
+from homeostat.plants.wired.playbook import NAME as PLAYBOOK
+from homeostat.plants.wired.playbook import open_playbook
 from homeostat.record.directory import RunDirectory, RunDirectoryError
 from homeostat.recovery.bounds import Budget
 from homeostat.service.inbox import INBOX

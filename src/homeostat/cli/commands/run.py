@@ -26,9 +26,9 @@ from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Scenario, departing, repaired, scenario
 from homeostat.journal import Event
 from homeostat.journal.beside.files import RESULT
-from homeostat.plants.assembly import check_protocol
 from homeostat.plants.plant import Plant, load_plant
-from homeostat.plants.playbook import NAME, open_playbook
+from homeostat.plants.wired.assembly import check_protocol
+from homeostat.plants.wired.playbook import NAME, open_playbook
 from homeostat.record.directory import RunDirectory
 from homeostat.record.playbook import PlaybookError, add_to_playbook
 from homeostat.record.story.story import Story

@@ -23,8 +23,8 @@ from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Event, MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
-from homeostat.plants.assembly import Arrangement, wire
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import Arrangement, wire
 from homeostat.process.batch import ProcessError
 from homeostat.record.run_record import RunRecord
 

@@ -19,9 +19,9 @@ from homeostat.evaluate.score.step_scores import score_steps
 from homeostat.journal import RunFinished, RunStarted, Setting, Subscriber, Summary
 from homeostat.journal.beside.files import RESULT
 from homeostat.journal.events import DISTURBANCE, TICK
-from homeostat.plants.assembly import Language
 from homeostat.plants.plant import Plant
 from homeostat.plants.truth import NONE
+from homeostat.plants.wired.assembly import Language
 from homeostat.process.batch import ProcessError
 from homeostat.process.seeds import NAMING
 from homeostat.record.directory import FIGURE, TRAJECTORY, RunDirectory

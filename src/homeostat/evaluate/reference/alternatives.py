@@ -23,8 +23,8 @@ from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
 from homeostat.evaluate.score.scoring import kept_until, loses_no_more, outside_after, worse
 from homeostat.guard.sequence.sequencer import nominal_route
-from homeostat.plants.assembly import fallbacks, new_sequencer
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import fallbacks, new_sequencer
 from homeostat.process.batch import ProcessError
 from homeostat.record.releases import Release
 

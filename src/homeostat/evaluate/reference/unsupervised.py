@@ -17,9 +17,9 @@ from homeostat.evaluate.scenario import Scenario
 from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.truth.process import Departed, PlantConfiguration, TrueProcess
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
 from homeostat.plants.truth import Mismatch, find_mismatch, true_model
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.seeds import Stream, noise_seed
 
 MOST = 32

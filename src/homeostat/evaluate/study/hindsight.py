@@ -16,8 +16,8 @@ from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.plan.plants import plant_of
 from homeostat.evaluate.study.row_of import row_of, succeeded
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.record.row import HINDSIGHT, Row
 
 LEVELS = 7

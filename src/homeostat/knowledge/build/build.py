@@ -1,7 +1,8 @@
 """A plant's graph from its engineering tables: statements, rules, checks, sorted Turtle with a seal.
 
 ``python -m homeostat.knowledge.build FOLDER`` writes ``FOLDER/plant.ttl`` unless something is wrong. ``--triples FILE``
-compares what an RML processor made of ``mapping.rml.ttl``, so that neither is trusted alone.
+compares what an RML processor made of ``mapping.rml.ttl``, so that neither is trusted alone; for such a processor,
+``--whole FOLDER`` writes the tables with every row that follows from others.
 """
 
 import argparse
@@ -99,9 +100,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m homeostat.knowledge.build", description=__doc__)
     parser.add_argument("folder", type=Path, help="a plant's folder, with its engineering tables")
     parser.add_argument("--triples", type=Path, help="N-Triples by an RML processor, to compare with")
+    parser.add_argument("--whole", type=Path, help="write every row of the tables below this folder, and nothing else")
     parser.add_argument("--out", type=Path, help=f"file to write; FOLDER/{GRAPH} where not given")
     options = parser.parse_args(arguments)
     try:
+        if options.whole:
+            from homeostat.knowledge.build.whole import write_whole
+
+            write_whole(options.folder, options.whole)
+            return 0
         graph = build(options.folder)
         if options.triples:
             refuse_difference(

@@ -60,7 +60,7 @@ def with_baselines(plant: Plant, kept: bool) -> Plant:
     content = plant.files.contents[BASELINES]
     refuse_altered(content)
     if learned_from(content) != baseline_sources(plant):
-        from homeostat.plants.learning import learned  # learning loads plants, and rarely happens
+        from homeostat.plants.teaching.learning import learned  # learning loads plants, and rarely happens
 
         content = learned(plant)
         files = _with(plant.files, BASELINES, content, "what it follows from has changed", kept)

@@ -10,8 +10,12 @@ from homeostat.domain.plant.tag import Range, Role
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.folder import SETTINGS
 from homeostat.plants.settings.settings import Settings
+from homeostat.process.blocks.composed import ComposedModel
 from homeostat.process.model import ProcessModel
 from homeostat.stl.spelling import near_matches
+
+MOST_NAMES = 12
+"""Names of states that a message lists."""
 
 
 def refuse_misnamed(name: str, settings: Settings, plant: PlantDescription) -> None:
@@ -35,7 +39,18 @@ def refuse_misfit(name: str, settings: Settings, plant: PlantDescription, model:
     check.known("start", "tag that can be commanded", settings.start or {}, inputs)
     check.quantities(settings, model)
     check.known("twin, errors", "variable", settings.twin.errors, model.variables)
-    check.known("twin, initial", "state variable", settings.twin.initial, model.states)
+    misnamed = next((name for name in settings.twin.initial if name not in model.states), None)
+    if misnamed is not None:
+        hint, names = near_matches(misnamed, model.states), balanced(model)
+        there = f"{', '.join(names[:MOST_NAMES])}{', ...' if len(names) > MOST_NAMES else ''}"
+        have = f"the plant has no state variable {misnamed!r}{hint}; there are {there}"
+        show = f"'homeostat plant show {name} --table model' shows all"
+        raise PlantError(f"{check.where}: twin, initial: {have} ({show})")
+
+
+def balanced(model: ProcessModel) -> tuple[str, ...]:
+    """The states that are integrated, where a flowsheet says which those are, or else all."""
+    return tuple(model.flowsheet.states) if isinstance(model, ComposedModel) else model.states
 
 
 @dataclass(frozen=True, slots=True)

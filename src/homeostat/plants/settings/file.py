@@ -18,7 +18,10 @@ _SPELLING: Final = {
     "system": "an IRI with '#', for example 'urn:homeostat:cstr#system'",
 }
 """Key -> how its text is written."""
-_MEANT: Final = {"initial": "state what smoothing may get wrong of each state of the model, as { B1_V = 0.2 }"}
+_MEANT: Final = {
+    "initial": "state what smoothing may get wrong of each state of the model, as { B1_V = 0.2 }; once something "
+    "stands there, 'homeostat plant show' with '--table model' lists the states"
+}
 """Key that nothing follows for -> what to do where it is missing."""
 
 

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.process.batch import Kernel
-from homeostat.process.blocks.estimation import Estimation
+from homeostat.process.blocks.code.source import kernel_source
 from homeostat.process.blocks.flowsheet import Flowsheet
 from homeostat.process.blocks.hydraulics.solver import solve_network
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import fault
-from homeostat.process.blocks.resuming import resume_controllers
-from homeostat.process.blocks.source import kernel_source
+from homeostat.process.blocks.present.estimation import Estimation
+from homeostat.process.blocks.present.resuming import resume_controllers
 from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate
 from homeostat.process.compiled import compiled
 from homeostat.process.departures import reached, restore, show

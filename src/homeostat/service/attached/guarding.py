@@ -27,7 +27,7 @@ from homeostat.journal.beside.files import JOURNAL
 from homeostat.links.opcua.link import OpcuaLink
 from homeostat.links.opcua.mapping import LinkMapping
 from homeostat.links.opcua.security.security import Security
-from homeostat.plants.guarding import ISSUER
+from homeostat.plants.wired.guarding import ISSUER
 from homeostat.record.directory import RunDirectory
 from homeostat.recovery.exchange.reading import Reader
 from homeostat.service.attached.place import THINKING, first_event, open_again, past

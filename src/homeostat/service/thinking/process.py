@@ -17,9 +17,9 @@ from homeostat.domain.observation import Observation, Trouble
 from homeostat.guard.requests.seal import Sealer
 from homeostat.guard.settings import GuardSettings
 from homeostat.links.clock import ThinkingClock
-from homeostat.plants.assembly import BUSY_S, Arrangement, Outside, recovery_beside
-from homeostat.plants.guarding import ISSUER
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import BUSY_S, Arrangement, Outside, recovery_beside
+from homeostat.plants.wired.guarding import ISSUER
 from homeostat.record.texts import Texts
 from homeostat.recovery.exchange.exchange import Exchange
 from homeostat.recovery.exchange.loop import overtaken_by

@@ -12,8 +12,8 @@ from homeostat.links.opcua.mapping import read_mapping
 from homeostat.links.opcua.security.certificate import Pki, make_certificate
 from homeostat.links.opcua.security.credentials import login_from
 from homeostat.links.opcua.security.security import APPLICATION, SERVED, Security
-from homeostat.plants.assembly import guard_rules
 from homeostat.plants.plant import load_plant
+from homeostat.plants.wired.assembly import guard_rules
 
 
 def draft(options: argparse.Namespace) -> int:

@@ -7,8 +7,8 @@ from pathlib import Path
 from homeostat.cli.arguments import UsageError
 from homeostat.journal.beside.files import write_whole
 from homeostat.plants.files.folder import BASELINES
-from homeostat.plants.learning import RUNS, learned
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.teaching.learning import RUNS, learned
 
 TOLD_EVERY = 10
 """Runs after which a line says how far it is, where nobody watches a terminal."""
@@ -35,7 +35,7 @@ def _from_history(plant: Plant, folder: Path, spanned: tuple[str | None, str | N
     from homeostat.history.embedded.reading import EmbeddedHistory  # pyarrow loads slowly
     from homeostat.history.store import HistoryError
     from homeostat.history.times import read_span, told_time
-    from homeostat.plants.from_history import learned_from_history
+    from homeostat.plants.teaching.from_history import learned_from_history
 
     history = EmbeddedHistory(folder)
     extent = history.extent()

@@ -16,8 +16,8 @@ from homeostat.evaluate.lint.places import Places
 from homeostat.plants.files.baselines import learned_from, read_baselines
 from homeostat.plants.files.folder import BASELINES
 from homeostat.plants.files.generated import baseline_sources
-from homeostat.plants.learning import learn
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.teaching.learning import learn
 from homeostat.process.types import Vec
 
 T = TypeVar("T")

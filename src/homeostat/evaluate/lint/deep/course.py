@@ -18,8 +18,8 @@ from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.guard.sequence.sequencer import Sequencer
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.truth.process import PlantConfiguration, TrueProcess
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.batch import ProcessError
 from homeostat.process.types import Vec
 

@@ -17,7 +17,7 @@ from homeostat.evaluate.lint.deep.course import Course
 from homeostat.evaluate.lint.deep.symptoms import first_symptoms
 from homeostat.evaluate.lint.finding import Finding, Place, Severity
 from homeostat.guard.requests.permissives import permissive_findings
-from homeostat.plants.assembly import nominal
+from homeostat.plants.wired.assembly import nominal
 
 OUTSIDE: Final = 0.01
 """Share of the time for which a true value may be outside its instrument's range [1]."""

@@ -8,14 +8,15 @@ from typing import Final
 
 import numpy as np
 
+from homeostat.domain.plant.description import Relation
 from homeostat.domain.plant.limits import Limit, LimitKind
 from homeostat.domain.plant.state_machine import State
-from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.finding import Finding, Severity
 from homeostat.knowledge.checks.consistency_rules import ranges_of
-from homeostat.knowledge.checks.intervals import can_hold
+from homeostat.knowledge.checks.intervals import can_fail, can_hold
 from homeostat.stl import tree
 
 FORBIDDEN: Final = 0.05
@@ -26,6 +27,8 @@ def rules(bench: Bench) -> Iterator[Finding]:
     """Rules that forbid more than the plant needs, or never hold."""
     bench.told("guards and permissives")
     yield from _guards(bench)
+    yield from uncommanded(bench)
+    yield from refused_fallbacks(bench)
     yield from _by_design(bench)
     yield from _admitted(bench)
 
@@ -49,6 +52,68 @@ def _guards(bench: Bench) -> Iterator[Finding]:
 
 def _permissives(bench: Bench) -> tuple[Limit, ...]:
     return bench.plant.description.limits.of_kind(LimitKind.PERMISSIVE)
+
+
+def uncommanded(bench: Bench) -> Iterator[Finding]:
+    """Permissives that no command meets, whatever is commanded: always, or while an actuator is stuck."""
+    d = bench.plant.description
+    commanded = {r.tag for state in d.machine.states for r in state.setpoints}
+    moved = {signal.tag.name for signal in d.signals if signal.relation in (Relation.DRIVES, Relation.OVERRIDES)}
+    for limit in _permissives(bench):
+        place = bench.places.row("limits", id=limit.name)
+        read = ", ".join(map(repr, sorted(limit.formula.tags)))
+        if not limit.formula.tags & (commanded | moved):
+            what = (
+                f"'{limit.formula}' reads {read}, which nobody commands: while it does not hold, it forbids every "
+                "step, also one that would help, and every fallback that does not set it aside"
+            )
+            remedy = "name what must not be commanded, such as 'T1.sp <= 25 or L1 >= 30'"
+            yield Finding(Severity.WARNING, "rules", place, what, remedy)
+            continue
+        for fault, tag, stands in _stuck(bench):
+            if tag in limit.formula.tags and not can_hold(limit.formula.root, ranges_of(d) | {tag: (stands, stands)}):
+                what = (
+                    f"'{limit.formula}' cannot hold with {tag!r} at {stands:.3g}, where {fault!r} leaves it: "
+                    "whatever is commanded, every step is forbidden then"
+                )
+                remedy = "read the command in place of the position, or add 'or' and what may be commanded all the same"
+                yield Finding(Severity.WARNING, "rules", place, what, remedy)
+                break
+
+
+def refused_fallbacks(bench: Bench) -> Iterator[Finding]:
+    """Fallbacks that a permissive may refuse, by what the plant does at that moment, and that do not set it aside.
+
+    It is only worth knowing where another fallback is refused by none.
+    """
+    strategies = bench.plant.description.fallback_strategies
+    refused = {strategy.name: _refusing(bench, strategy) for strategy in strategies}
+    sure = not all(refused.values())
+    for strategy in strategies:
+        for limit in refused[strategy.name]:
+            what = (
+                f"'{limit.formula}' ({limit.name}) may fail whatever the fallback {strategy.name!r} commands, which is "
+                f"refused then{', and another one acts' if sure else '; so may be every other one'}"
+            )
+            place = bench.places.row("fallbacks", strategy=strategy.name)
+            remedy = "command what the permissive asks for, or set it aside in fallback_waivers.csv"
+            yield Finding(Severity.NOTE if sure else Severity.WARNING, "rules", place, what, remedy)
+
+
+def _refusing(bench: Bench, strategy: FallbackStrategy) -> list[Limit]:
+    """Permissives that may fail beside what ``strategy`` commands, whatever that is."""
+    commanded = {c.tag: (c.value, c.value) for c in strategy.actions.commands if c.value is not None}
+    ranges = ranges_of(bench.plant.description) | commanded
+    return [p for p in _permissives(bench) if p.name not in strategy.waived and can_fail(p.formula.root, ranges)]
+
+
+def _stuck(bench: Bench) -> Iterator[tuple[str, str, float]]:
+    """Every fault that takes an actuator away, the tag that shows where that stands, and where it comes to stand."""
+    d = bench.plant.description
+    for fault in d.faults:
+        tag = d.positions.get(fault.disables or "")
+        if tag is not None:
+            yield fault.name, tag, float(bench.faulty(fault, fault.severity_nominal).true(tag)[-1])
 
 
 def _by_design(bench: Bench) -> Iterator[Finding]:

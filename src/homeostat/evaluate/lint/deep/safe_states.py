@@ -16,7 +16,7 @@ from homeostat.evaluate.lint.deep.course import Course
 from homeostat.evaluate.lint.finding import Finding, Severity
 from homeostat.guard.fallback.effect import EffectWatch
 from homeostat.guard.watch.violations import Violation
-from homeostat.plants.assembly import fallbacks
+from homeostat.plants.wired.assembly import fallbacks
 
 LATE: Final = 3.0
 """A limit trips so many ticks after its first violation."""

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.safe_states import confirm_s
 from homeostat.evaluate.lint.finding import Finding, Place, Severity
-from homeostat.plants.assembly import fallbacks
 from homeostat.plants.files.folder import SETTINGS
+from homeostat.plants.wired.assembly import fallbacks
 from homeostat.recovery.bounds import Budget
 from homeostat.recovery.deadline import SHORTEST_S
 

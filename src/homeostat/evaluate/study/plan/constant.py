@@ -10,7 +10,7 @@ from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.plant.state_machine import State
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
-from homeostat.plants.assembly import Workbench
+from homeostat.plants.wired.assembly import Workbench
 
 NAME = "constant"
 """Who acts where a constant answer is released."""

@@ -18,9 +18,9 @@ from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT, WITHOUT_MODEL, Ablation, Job, StudyArm
 from homeostat.evaluate.study.plan.plan import Plan, ProposerPlan, ScenarioPlan, seeds_of
 from homeostat.evaluate.study.plan.plants import own_plant, placed, plants_of
-from homeostat.plants.assembly import check_protocol
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import check_protocol
 from homeostat.process.seeds import Stream
 from homeostat.process.seeds import generator as draws
 from homeostat.record.row import REFERENCE_POLICIES, WHOLE

@@ -15,7 +15,7 @@ from homeostat.evaluate.named_model import NamedModel
 from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.study.plan.constant import constant_proposer
-from homeostat.plants.assembly import Language, Propose, in_operation, model_alone
+from homeostat.plants.wired.assembly import Language, Propose, in_operation, model_alone
 from homeostat.record.row import DO_NOTHING, FALLBACK_ONLY, HINDSIGHT, SEARCH, WHOLE
 
 

@@ -73,6 +73,8 @@ def _deviations(draft: Draft, instruments: Mapping[str, Line]) -> Iterator[_Sign
         size = {"sigma": "7", "threshold": written(max(scale, NOISES * noise)), "on_delay_s": filter_s}
         words = f"{line['pv']} is not at its setpoint"
         symptom = _add(draft, line.follows, line["id"], feature, size | {"description": words})
+        if symptom is None:
+            continue
         driven, place = actuators_of(draft, line), instrument["at"] if instrument is not None else ""
         yield _Sign(symptom, driven, frozenset({held["component"], line["controller"], place, *driven}), True)
 
@@ -95,7 +97,8 @@ def _positions(draft: Draft) -> Iterator[_Sign]:
         }
         words = f"{line['at']} does not follow its command"
         symptom = _add(draft, line.follows, line["at"], feature, size | {"description": words})
-        yield _Sign(symptom, (line["at"],), frozenset({line["id"], line["at"]}), False)
+        if symptom is not None:
+            yield _Sign(symptom, (line["at"],), frozenset({line["id"], line["at"]}), False)
 
 
 def _followed_s(timing: Timing, after_s: float) -> float:
@@ -104,12 +107,14 @@ def _followed_s(timing: Timing, after_s: float) -> float:
     return max(timing.at_s(LEAST), min(lag_s, timing.time_s(MOST_S)))
 
 
-def _add(draft: Draft, origin: Origin, name: str, feature: Cells, symptom: Cells) -> str:
-    """Add a feature with its symptom; the symptom's name."""
+def _add(draft: Draft, origin: Origin, name: str, feature: Cells, symptom: Cells) -> str | None:
+    """Add a feature with its symptom; the symptom's name, None where one of them is omitted."""
     draft.add("features", origin, {"id": f"F-{name}", "window_s": "0"} | feature)
     own = {"id": f"S-{name}-OFF", "feature": f"F-{name}", "direction": "both"}
+    if draft.find("features", own["feature"]) is None:
+        return None
     draft.add("symptoms", origin, own | symptom)
-    return own["id"]
+    return own["id"] if draft.find("symptoms", own["id"]) is not None else None
 
 
 def _shown(fault: Line, signs: list[_Sign]) -> list[_Sign]:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from typing import TypeAlias
 
 from homeostat.domain.plant.timing import Timing
@@ -56,6 +57,7 @@ class Draft:
 
     A stated row comes before one that is added with the same key. It takes over cells of columns that its table leaves
     out, and of those that are empty and must not be; an empty cell of another column says that there is nothing.
+    What the table of omitted rows names is not added.
     """
 
     def __init__(self, stated: Mapping[str, Rows], lines: Mapping[str, list[Line]], timing: Timing) -> None:
@@ -66,6 +68,7 @@ class Draft:
         self._former = {name: table.former for name, table in stated.items()}
         self._lines = {name: list(lines.get(name, ())) for name in EVERY}
         self._places = {name: self._indexed(name) for name in EVERY}
+        self._met: set[int] = set()
 
     def lines(self, name: str) -> tuple[Line, ...]:
         """The rows of a table, those that are stated first."""
@@ -88,10 +91,28 @@ class Draft:
         """Add a row, or fill the stated one with the same key; of two that are added the first counts."""
         place = self._places[name].get(self._key(name, cells))
         if place is None:
+            if self._omits(name, cells):
+                return
             self._places[name][self._key(name, cells)] = len(self._lines[name])
             self._lines[name].append(Line(origin, cells))
         elif not (line := self._lines[name][place]).origin.generated:
             self.fill(name, line, cells)
+
+    def _omits(self, name: str, cells: Cells) -> bool:
+        """Whether a row that follows is not wanted."""
+        key = " ".join(self._key(name, cells))
+        met = {
+            number
+            for number, line in enumerate(self._lines["omitted"])
+            if line["table"] == name and fnmatchcase(key, line["row"])
+        }
+        self._met |= met
+        return bool(met)
+
+    @property
+    def idle(self) -> tuple[int, ...]:
+        """Numbers of the rows, from 0, of the table of omitted rows that named nothing that would have been added."""
+        return tuple(number for number in range(len(self._lines["omitted"])) if number not in self._met)
 
     def fill(self, name: str, line: Line, cells: Cells) -> None:
         """Fill what a stated row leaves open; see the class."""

@@ -2,12 +2,28 @@
 
 from collections.abc import Iterator, Mapping
 from itertools import count
+from typing import Final
 
 from homeostat.knowledge.build.derived.draft import Line, lines_of
 from homeostat.knowledge.build.tables.reading import Rows
 
 ALL = "*"
 """Stands for every state that is meant."""
+JOINED: Final[Mapping[str, tuple[str, ...]]] = {
+    "fallback_limits": ("strategy", "limit"),
+    "fallback_waivers": ("strategy", "permissive"),
+    "fallbacks": ("strategy", "tag"),
+    "flows": ("operator",),
+    "prices": ("item",),
+    "quality": ("tag",),
+    "setpoints": ("tag",),
+    "start_up": ("limit",),
+    "state_requirements": ("state", "component"),
+    "symptom_faults": ("symptom", "fault"),
+    "trips": ("limit",),
+    "writables": ("tag",),
+}
+"""Table -> columns that may name several with ``|`` between them: one row stands for each of these, or each pair."""
 ALSO = "also"
 """Where a loop keeps what it commands beside its first command."""
 
@@ -16,6 +32,9 @@ def expanded(stated: Mapping[str, Rows]) -> dict[str, list[Line]]:
     """The rows of every table, one for each thing that they are about, so that each has its key."""
     lines = {name: lines_of(name, table.rows) for name, table in stated.items()}
     lines["loops"] = [_loop(line) for line in lines["loops"]]
+    for name, columns in JOINED.items():
+        for column in columns:
+            lines[name] = [each for line in lines[name] for each in _apart(line, column)]
     lines["fallbacks"] = list(_steps(lines["fallbacks"]))
     states = [line["id"] for line in lines["states"]]
     lines["setpoints"] = list(_setpoints(lines["setpoints"], states))
@@ -36,14 +55,24 @@ def _left_by_decision(lines: Mapping[str, list[Line]]) -> list[str]:
 
 
 def _steps(lines: list[Line]) -> Iterator[Line]:
-    """Steps in the order of their rows; the target stands in the first row of its strategy."""
+    """Steps in the order of their rows, strategy by strategy; the target stands in the first row of its strategy."""
+    order = list(dict.fromkeys(line["strategy"] for line in lines))
     numbers: dict[str, Iterator[int]] = {}
     targets: dict[str, str] = {}
-    for line in lines:
+    for line in sorted(lines, key=lambda line: order.index(line["strategy"])):
         step = next(numbers.setdefault(line["strategy"], count(1)))
         target = targets.setdefault(line["strategy"], line["target"])
         step_and_target = {"step": line["step"] or str(step), "target": line["target"] or target}
         yield Line(line.origin, line.cells | step_and_target)
+
+
+def _apart(line: Line, column: str) -> Iterator[Line]:
+    """One row for each name in a cell."""
+    if "|" not in line[column]:
+        yield line
+        return
+    for name in line[column].split("|"):
+        yield Line(line.origin, line.cells | {column: name.strip()})
 
 
 def _loop(line: Line) -> Line:

@@ -24,7 +24,8 @@ def add_instruments(draft: Draft) -> None:
             continue
         position = is_position(draft, line) and line["tag"] not in held
         _add(draft, line, variable_of(line), line["scale"] or written(one_digit(SCALE * (high - low))), position)
-        draft.add("quality", line.follows, _quality(draft, line, high - low))
+        if line["noise"]:
+            draft.add("quality", line.follows, _quality(draft, line, high - low))
 
 
 def is_position(draft: Draft, line: Line) -> bool:
@@ -50,22 +51,25 @@ def absolute_noise(line: Line) -> float:
 
 
 def _add(draft: Draft, line: Line, variable: str, scale: str, position: bool) -> None:
-    label = f"Transmitter of {line['tag']}"
+    label = line["label"] or f"Transmitter of {line['tag']}"
     equipment = {"id": line["id"], "kind": "Sensor", "part_of": line["at"], "label": label}
     draft.add("equipment", line.follows, equipment)
     own = {column: line[column] for column in ("tag", "unit", "low", "high", "description")}
-    role = "STATUS" if position else "PV"
+    role = line["role"] or ("STATUS" if position else "PV")
     place = {"component": line["id"], "relation": "measures", "variable": variable}
     draft.add("signals", line.follows, own | {"role": role, "scale": scale} | place)
+    if not line["noise"]:
+        return
     errors = {
         "component": line["id"],
-        "parameter_bias": f"bias_{variable}",
-        "parameter_noise": f"sd_{variable}",
+        "parameter_bias": line["parameter_bias"] or f"bias_{variable}",
+        "parameter_noise": line["parameter_noise"] or f"sd_{variable}",
         "bias_sd": line["bias"],
         "noise_sd": line["noise"],
         "noise_unit": line["noise_unit"] or line["unit"],
     }
-    draft.add("sensors", line.follows, errors)
+    relative = errors["noise_unit"] != line["unit"]
+    draft.add("sensors", line.follows, errors | ({"description": "Relative to reading"} if relative else {}))
 
 
 def _quality(draft: Draft, line: Line, span: float) -> Cells:

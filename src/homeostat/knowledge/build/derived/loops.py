@@ -5,6 +5,7 @@ from typing import Final
 from homeostat.knowledge.build.derived.draft import Draft, Line, number, one_digit, written
 from homeostat.knowledge.build.derived.expansion import ALSO
 from homeostat.knowledge.build.derived.instruments import plain
+from homeostat.knowledge.build.derived.streams import operator_of, stated_operators
 from homeostat.knowledge.build.tables.reading import Origin
 
 RANGE_S: Final = 200.0
@@ -110,7 +111,9 @@ def _add_setpoint(draft: Draft, line: Line, held: Line) -> None:
 
 def _add_operator(draft: Draft, line: Line, place: str, driven: tuple[str, ...]) -> None:
     operator = line["operator"]
-    successor = next((f"PO_{part}" for part in (*driven, place) if draft.find("operators", f"PO_{part}")), "")
+    operators = stated_operators(draft)
+    names = (operator_of(part, operators) for part in (*driven, place))
+    successor = next((name for name in names if draft.find("operators", name)), "")
     own = {"id": operator, "resource": place, "successor": successor, "label": f"Control {line['pv']}"}
     draft.add("operators", line.follows, own)
     said = [("input", "Reading", line["pv"]), ("input", "Setpoint", line["sp"])]

@@ -51,6 +51,15 @@ def derived(stated: Mapping[str, Rows], timing: Timing) -> dict[str, Rows]:
     ``timing``: that of the plant. Bad cells stay as they are and nothing follows from them; what is wrong is for the
     check of the tables to say.
     """
+    return _drafted(stated, timing).finished()
+
+
+def idle_omissions(stated: Mapping[str, Rows], timing: Timing) -> tuple[int, ...]:
+    """Numbers of the rows, from 0, of the table of omitted rows that name nothing that follows."""
+    return _drafted(stated, timing).idle
+
+
+def _drafted(stated: Mapping[str, Rows], timing: Timing) -> Draft:
     lacking = Rows((), ())
     every = {name: stated.get(name, lacking) for name in EVERY}
     draft = Draft(every, expanded(every), timing)
@@ -62,7 +71,7 @@ def derived(stated: Mapping[str, Rows], timing: Timing) -> dict[str, Rows]:
     fill_parameters(draft)
     add_guarding(draft)
     add_diagnosis(draft)
-    return draft.finished()
+    return draft
 
 
 def digest(folder: Path) -> str:

@@ -7,7 +7,7 @@ from typing import Final, TypeAlias
 from pydantic import ValidationError
 
 from homeostat.domain.plant.timing import Timing
-from homeostat.knowledge.build.derived.tables import derived, stated_tables
+from homeostat.knowledge.build.derived.tables import derived, idle_omissions, stated_tables
 from homeostat.knowledge.build.tables.cells import CellError, Reads, Refers, TableRow, shown
 from homeostat.knowledge.build.tables.reading import FOLDER, OPTIONAL, OPTIONAL_COLUMNS, Rows, is_short
 from homeostat.knowledge.build.tables.schemas import EVERY, SCHEMAS, SHORT_SCHEMAS
@@ -108,11 +108,34 @@ def mistakes(folder: Path) -> Iterator[GraphError]:
         yield from bad
         if bad or unread:
             return
+        yield from _idle(tables, timing)
         tables = derived(tables, timing)
     for name, table in tables.items():
         yield from _columns(name, table) or _cells(name, table, timing)
     for name, number, column, code, message in unknown_names(tables, {name: EVERY[name][0] for name in tables}):
         yield GraphError(code, _place(name, number, tables[name]), f"{tables[name].told(column)}: {message}")
+
+
+def _idle(tables: Mapping[str, Rows], timing: Timing) -> Iterator[GraphError]:
+    """Omitted rows that name no table, or no row that follows."""
+    omitted, idle = tables["omitted"], idle_omissions(tables, timing)
+    if not idle:
+        return
+    every = derived({**tables, "omitted": Rows((), ())}, timing)
+    for number in idle:
+        row, place = omitted.rows[number], _place("omitted", number, omitted)
+        if row["table"] not in SCHEMAS:
+            hint = near_matches(row["table"], SCHEMAS)
+            yield GraphError(Code.BAD_TABLE, place, f"table: there is no table {shown(row['table'])}{hint}; correct it")
+            continue
+        table, key = every[row["table"]], EVERY[row["table"]][1]
+        rows = zip(table.rows, table.origins, strict=True)
+        names = [" ".join(each[column] for column in key) for each, origin in rows if origin.generated]
+        hint = near_matches(row["row"][:_LONGEST], names)
+        message = (
+            f"row: nothing that follows in {row['table']} is called {shown(row['row'])}{hint}; correct or remove it"
+        )
+        yield GraphError(Code.BAD_TABLE, place, message)
 
 
 def _of_short(name: str, table: Rows, timing: Timing) -> list[GraphError]:

@@ -18,7 +18,7 @@ OPTIONAL_COLUMNS: Final[Mapping[str, frozenset[str]]] = {
     "trips": frozenset({"fastest", "fallen"}),
 }
 """Table -> columns that it may lack, which is as if they had empty cells."""
-SHORT: Final = frozenset({"guards", "instruments", "streams"})
+SHORT: Final = frozenset({"guards", "instruments", "omitted", "streams"})
 """Tables from which rows of others follow; the mapping reads none of them."""
 NEEDED: Final = frozenset(
     {"equipment", "fallbacks", "instruments", "limits", "parameters", "setpoints", "states", "transitions"}

@@ -39,6 +39,7 @@ SHORT_SCHEMAS: Final[Mapping[str, tuple[type[TableRow], tuple[str, ...]]]] = {
     "instruments": (short.Instrument, ("id",)),
     "streams": (short.Stream, ("stream",)),
     "guards": (short.NamedGuard, ("name",)),
+    "omitted": (short.Omitted, ("table", "row")),
 }
 """The same of the tables that only a plant with a table of instruments has: rows of the others follow from them."""
 EVERY: Final[Mapping[str, tuple[type[TableRow], tuple[str, ...]]]] = {**SCHEMAS, **SHORT_SCHEMAS}

@@ -17,9 +17,13 @@ class Instrument(cells.TableRow):
     low: cells.Value
     high: cells.Value
     at: cells.Component
-    noise: cells.Size
-    bias: cells.Size
+    noise: cells.OptionalSize = None
+    bias: cells.OptionalSize = None
     description: cells.Text
+    label: cells.Text | None = None
+    role: Annotated[str | None, cells.one_of("PV", "STATUS")] = None
+    parameter_bias: cells.Name | None = None
+    parameter_noise: cells.Name | None = None
     scale: cells.OptionalPositive = None
     noise_unit: cells.Text | None = None
     fastest: cells.OptionalPositive = None
@@ -28,6 +32,10 @@ class Instrument(cells.TableRow):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         cells.in_order(self.low, self.high, "low and high")
+        if (self.noise is None) != (self.bias is None):
+            lacking = "bias" if self.bias is None else "noise"
+            message = f"{lacking} is empty; state noise and bias, or neither for what is never wrong, as a switch"
+            raise cells.CellError(Code.MISSING_VALUE, message)
         return self
 
 
@@ -55,3 +63,11 @@ class NamedGuard(cells.TableRow):
     name: cells.Name
     formula: cells.Condition
     description: cells.Text | None = None
+
+
+class Omitted(cells.TableRow):
+    """Rows that would follow, and are not wanted."""
+
+    table: cells.Name
+    row: cells.Text
+    reason: cells.Text | None = None

@@ -41,8 +41,8 @@ from homeostat.llm.model import LanguageModel
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.secrets import Secrets
 from homeostat.plants.error import PlantError
-from homeostat.plants.guarding import ISSUER, by_design, fallback_strategies, rules_of
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.guarding import ISSUER, by_design, fallback_strategies, rules_of
 from homeostat.recovery.bounds import Budget
 from homeostat.recovery.exchange.exchange import Exchange, ExchangeSettings
 from homeostat.recovery.exchange.loop import Hook, Loop

@@ -14,12 +14,12 @@ from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.snapshot import Trajectory
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.truth.process import PlantConfiguration, TrueProcess
-from homeostat.plants.assembly import new_sequencer
 from homeostat.plants.equations import refuse_wrong_units
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.baselines import read_baselines, write_baselines
 from homeostat.plants.files.generated import baseline_sources
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.batch import ProcessError, tick_of
 from homeostat.process.seeds import Stream, noise_seed
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from homeostat.process.blocks.control import Follows, follows
+from homeostat.process.blocks.code.control import Follows, follows
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import Actuator, Controller
 from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate, leaves

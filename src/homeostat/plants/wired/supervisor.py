@@ -7,8 +7,8 @@ from homeostat.domain.ports import Clock, Link
 from homeostat.journal import MemoryTrace, Trace
 from homeostat.links.clock import ThinkingClock
 from homeostat.llm.model import LanguageModel
-from homeostat.plants.assembly import Arrangement, Language, wire
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import Arrangement, Language, wire
 from homeostat.recovery.exchange.loop import Hook
 
 _LINK, _SOURCE = ("source", "take", "beat", "give_back"), ("now_s", "ended", "never_blocks", "advance")

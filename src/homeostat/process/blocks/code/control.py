@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from enum import Enum
 
+from homeostat.process.blocks.code.writing import Scope
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import Actuator, Controller
 from homeostat.process.blocks.term import Leaf, Term, leaves
-from homeostat.process.blocks.writing import Scope
 
 
 class Follows(Enum):

@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Final, final
 
-from homeostat.process.blocks.control import conclude, control
+from homeostat.process.blocks.code.control import conclude, control
+from homeostat.process.blocks.code.writing import EACH_TICK, MEMBER, Scope, function
 from homeostat.process.blocks.hydraulics.solver import ENOUGH
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import Actuator, Delay, Disturbance, Hold, Lag, Network, Sensor, State
 from homeostat.process.blocks.term import TICK, TIME, ZERO, Leaf, Term, leaves, maximum
-from homeostat.process.blocks.writing import EACH_TICK, MEMBER, Scope, function
 from homeostat.process.moving import SAME_S
 
 _HEAD: Final = (

@@ -1,0 +1,1 @@
+"""What is normal for a plant, learned from fault-free runs or from its history."""

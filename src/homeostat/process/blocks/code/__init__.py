@@ -1,0 +1,1 @@
+"""The source code of a flowsheet's kernel."""
