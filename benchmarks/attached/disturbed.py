@@ -56,6 +56,7 @@ def disturbed(rig: Rig, kind: str, seed: int) -> dict[str, Any]:
     chance = random.Random(f"{kind}/{seed}")
     before = len(tuple(read_events(rig.live)))
     row: dict[str, Any] = {"kind": kind, "seed": seed, "pace": rig.pace, "at": round(time.time())}
+    row["moved"] = rig.status.get("out_of_service", [])
     try:
         row["raised_s"] = round(rig.closed_loop(), 2)
         time.sleep(chance.uniform(0.0, 4.0))

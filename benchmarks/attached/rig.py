@@ -15,7 +15,7 @@ from typing import Any, Self
 
 from benchmarks.attached.asking import Asking, number_of
 from benchmarks.attached.tank import Guarded
-from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
+from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.links.opcua.security.certificate import make_certificate
 from homeostat.links.opcua.security.security import APPLICATION, SERVED
 from homeostat.service.doors.asking import order, status
@@ -122,17 +122,20 @@ class Rig:
         """Have a person raise the mode, and a request be written; how long that took, wall-clock [s]."""
         began = time.monotonic()
 
-        def ordered() -> bool:
-            command = PersonCommand(secrets.token_hex(8), "Ada", Role.ENGINEER, Verb.MODE, Mode.CLOSED_LOOP.value)
-            try:
-                return order(self.live, command).done or self.mode == Mode.CLOSED_LOOP.value
-            except (OrderError, OSError):
-                return False
-
-        self.wait(ordered, "closed loop", 60.0)
+        for tag in self.status.get("out_of_service", ()):  # the plant began anew at other targets: a person looks
+            self.order(Verb.IN_SERVICE, tag)
+        self.wait(lambda: self.order(Verb.MODE, "closed-loop") or self.mode == "closed-loop", "closed loop", 60.0)
         before = self.arrived[-1:]
         self.wait(lambda: self.arrived[-1:] != before, "a write", 60.0)
         return time.monotonic() - began
+
+    def order(self, verb: Verb, subject: str) -> bool:
+        """Whether the guard did what a person ordered."""
+        command = PersonCommand(secrets.token_hex(8), "Ada", Role.ENGINEER, verb, subject, reason="looked at")
+        try:
+            return order(self.live, command).done
+        except (OrderError, OSError):
+            return False
 
     @property
     def mode(self) -> str:
