@@ -9,6 +9,7 @@ import argparse
 import json
 import os
 import random
+import signal
 import tempfile
 import threading
 import time
@@ -125,7 +126,10 @@ def _worker(jobs: list[tuple[str, int]], rows: Rows, taking: threading.Lock, unt
 
 
 def _tell(rig: Rig, row: dict[str, Any]) -> None:
-    print(row, rig.status, (rig.folder / "guard.txt").read_text()[-2000:], flush=True)
+    """Say what is known of a disturbance that was not survived."""
+    print(row, rig.status, (rig.folder / "guard.txt").read_text()[-2000:])
+    for record in tuple(read_events(rig.live))[-60:]:
+        print(f"{record.at_s:8.1f} {record.kind} {dict(record.fields)}"[:300], flush=True)
 
 
 def main() -> None:
@@ -143,6 +147,7 @@ def main() -> None:
     workers = [
         threading.Thread(target=_worker, args=(jobs, rows, taking, until), daemon=True) for _ in range(options.at_once)
     ]
+    signal.signal(signal.SIGTERM, lambda *ended: jobs.clear())  # what is under way is finished
     for worker in workers:
         worker.start()
     for worker in workers:
