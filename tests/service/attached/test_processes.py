@@ -57,6 +57,11 @@ def test_it_observes_writes_nothing_and_stops_without_moving_the_plant(reactor: 
                       str(reactor.pkis[1].folder), cwd=live.parent),
             "is attached already",
         )  # fmt: skip
+        refused(
+            homeostat("attach", "cstr", "--link", str(reactor.mapping), "--dir", str(live), "--pki",
+                      str(reactor.pkis[1].folder), "--history", str(live / "h"), cwd=live.parent),
+            "is inside --dir",
+        )  # fmt: skip
         shown = homeostat("status", str(live), cwd=live.parent)
         assert shown.status == 0 and "observe; nobody has asked for another one" in shown.out
         assert attached.order("mode", "approve", "--role", "operator")[0] == 3
@@ -64,6 +69,8 @@ def test_it_observes_writes_nothing_and_stops_without_moving_the_plant(reactor: 
         assert attached.status["out_of_service"] == ["T1.sp"]
         assert attached.interrupt() == 0
     assert reactor.commands == []
+    shown = homeostat("history", "show", "T1", "--store", f"{live}.history", cwd=live.parent)
+    assert shown.status == 0 and "good" in shown.out
     report = verify(live)
     assert report.complete and report.contradictions == ()
     refused(homeostat("status", str(live), cwd=live.parent), "no service runs")

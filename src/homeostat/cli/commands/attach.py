@@ -90,7 +90,23 @@ def _attaching(options: argparse.Namespace) -> Attaching:
         pace=options.pace,
         groups=groups,
         key=new_key(),
+        history=_history(options),
     )
+
+
+def _history(options: argparse.Namespace) -> Path | None:
+    """Folder of the history; None where none is wanted. HistoryError where it holds something else."""
+    if options.no_history:
+        return None
+    from homeostat.history.settings import read_settings
+    from homeostat.service.attached.place import KEPT
+
+    directory: Path = options.dir.resolve()
+    folder: Path = (options.history or directory.with_name(directory.name + KEPT)).resolve()
+    if folder.is_relative_to(directory):  # the journal's manifest names every file in it
+        raise UsageError(f"--history {str(folder)!r} is inside --dir, which is closed when it stops; name one outside")
+    read_settings(folder)
+    return folder
 
 
 def _groups(options: argparse.Namespace) -> dict[Role, int]:

@@ -30,11 +30,14 @@ from homeostat.links.opcua.security.security import Security
 from homeostat.plants.guarding import ISSUER
 from homeostat.record.directory import RunDirectory
 from homeostat.recovery.exchange.reading import Reader
-from homeostat.service.attached.place import THINKING, first_event, open_again, past
+from homeostat.service.attached.place import HISTORY, THINKING, first_event, open_again, past
 from homeostat.service.attached.source import SLACK_S, Onward
 from homeostat.service.attached.standing import Standing
 from homeostat.service.attached.status import StatusBoard
 from homeostat.service.doors.door import Behind, Doors
+from homeostat.service.historian.line import HistoryLine
+from homeostat.service.historian.observed import Observed
+from homeostat.service.historian.recording import Recording
 from homeostat.service.order import run_identity
 from homeostat.service.thinking.codec import Hello
 from homeostat.service.thinking.line import Answering, ThinkingLine
@@ -73,6 +76,8 @@ class Attaching:
     """Role -> number of the group that has it beside the owner."""
     key: bytes
     """Key of the release check's seals; thinking is told, and nobody else."""
+    history: Path | None = None
+    """Folder of the history; None where none is kept."""
 
 
 def guard(attaching: Attaching, pulse: int) -> int:
@@ -158,6 +163,11 @@ class _Guarding:
         hello = Hello(attaching.key, rules.configuration)
         answering = Answering(put, directory.trace, rules.machine)
         self._thinking = ThinkingLine(attaching.directory / THINKING, hello, answering)
+        self._recording: Recording | None = None
+        if attaching.history is not None:
+            line = HistoryLine(attaching.directory / HISTORY, put)
+            self._recording = Recording(line, Observed(attaching.mapping), rules.plant)
+            directory.trace.subscribe(self._recording.hear)
         self._last: Observation | None = None
         self._await(link)
 
@@ -175,6 +185,8 @@ class _Guarding:
         self._last = seen = self._guard.tick(now_s, sample)
         self._board.show(seen)
         self._thinking.show(seen)
+        if self._recording is not None and seen.sample is not None:
+            self._recording.see(seen.sample, self._link.readings)
 
     def _raise(self, name: str, cause: str) -> None:
         self._guard.mailbox.put(Trouble(name, cause))
@@ -191,3 +203,5 @@ class _Guarding:
         at_s = 0.0 if self._last is None else self._last.now_s
         self._directory.record(RunFinished(STOPPED, reason), at_s)
         self._directory.close(Summary(1, STOPPED, self._configuration))
+        if self._recording is not None:
+            self._recording.close()
