@@ -6,7 +6,6 @@ Each disturbance is a line of a file, and those that are there are not done agai
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import random
 import signal
@@ -22,6 +21,7 @@ from benchmarks.arguments import names, numbers
 from benchmarks.attached.asking import number_of
 from benchmarks.attached.disturbances import DISTURBANCES
 from benchmarks.attached.rig import Never, Rig
+from benchmarks.attached.rows import Rows
 from benchmarks.attached.tank import GRACE_S, STALE_S
 from benchmarks.host import commit
 from homeostat.domain.events.trips import FallbackActivated
@@ -31,25 +31,6 @@ from homeostat.record.decode import decode
 
 LIFE = 20
 """Disturbances that one rig lives through before another one takes its place."""
-
-
-class Rows:
-    """A file of rows, which several threads add to."""
-
-    def __init__(self, path: Path) -> None:
-        self._path, self._adding = path, threading.Lock()
-        path.parent.mkdir(parents=True, exist_ok=True)
-
-    def all(self) -> list[dict[str, Any]]:
-        """Every row so far; a torn last one is none."""
-        if not self._path.exists():
-            return []
-        return [json.loads(line) for line in self._path.read_text("utf-8").splitlines() if line.endswith("}")]
-
-    def add(self, row: dict[str, Any]) -> None:
-        """Add a row."""
-        with self._adding, self._path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(row) + "\n")
 
 
 def disturbed(rig: Rig, kind: str, seed: int) -> dict[str, Any]:
