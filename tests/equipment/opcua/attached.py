@@ -32,17 +32,17 @@ def until(holds: Callable[[], Any], what: str, within_s: float = LIMIT_S) -> Any
 
 
 class Reactor:
-    """The reactor, served at a scale, and the mapping to it; the engineer's port moves it."""
+    """The reactor, or another ``case``, served at a scale, and the mapping to it; the engineer's port moves it."""
 
-    def __init__(self, folder: Path, scale: float, *options: str) -> None:
-        self.scale, self.folder, self._options = scale, folder, options
+    def __init__(self, folder: Path, scale: float, *options: str, case: str = "cstr") -> None:
+        self.scale, self.folder, self._options, self.case = scale, folder, options, case
         self.pkis: tuple[Pki, Pki] = make_pkis(folder / "pki")
         self._server = ServerProcess(environment())
         self.kill, self.freeze, self.ask = self._server.kill, self._server.freeze, self._server.ask
         self.start()
         self.mapping = folder / "cstr.toml"
         done = homeostat(
-            "link", "draft", self.url, "--plant", "cstr", "--out", str(self.mapping), "--pki", str(self.pkis[1].folder),
+            "link", "draft", self.url, "--plant", case, "--out", str(self.mapping), "--pki", str(self.pkis[1].folder),
             cwd=folder,
         )  # fmt: skip
         assert done.status == 0, done
@@ -51,7 +51,7 @@ class Reactor:
         """Serve, at the ports of before where it was served before."""
         ports = "--port", str(self._server.port), "--engineer-port", str(self._server.engineer)
         given = "--scale", str(self.scale), "--pki", str(self.pkis[0].folder), *self._options
-        self._server.start([*COMMAND, "serve", "cstr", *ports, *given])
+        self._server.start([*COMMAND, "serve", self.case, *ports, *given])
 
     @property
     def url(self) -> str:
@@ -76,7 +76,7 @@ class Attached:
     def __init__(self, reactor: Reactor, directory: Path, *options: str) -> None:
         self.reactor, self.directory = reactor, directory
         command = [
-            *COMMAND, "attach", "cstr", "--link", str(reactor.mapping), "--dir", str(directory), "--pace",
+            *COMMAND, "attach", reactor.case, "--link", str(reactor.mapping), "--dir", str(directory), "--pace",
             str(reactor.scale), "--persons", "1", "--pki", str(reactor.pkis[1].folder), *options,
         ]  # fmt: skip
         self.errors = directory.parent / f"{directory.name}.txt"

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 
 from homeostat.cli.arguments import UsageError
 from homeostat.domain.mode import Role
-from homeostat.domain.plant.timing import TICK_S
 from homeostat.domain.quotation import printable
 
 if TYPE_CHECKING:
     from homeostat.service.attached.guarding import Attaching
 
 
+TICKS = 2.0
+"""Fewest samples that a connection must have missed before it is dead."""
 CALL_S = 0.5
 """Longest wait for a control system to take a write or a heartbeat, wall-clock [s]."""
 
@@ -66,9 +67,10 @@ def _attaching(options: argparse.Namespace) -> Attaching:
     plant, mapping = read_described(options.case), read_mapping(options.link)
     security = Security(None if options.pki is None else Pki(options.pki), options.insecure, login_from(options.login))
     security.check()
-    if (tick_s := plant.description.timing.tick_s) != TICK_S:
-        words = f"{plant.name} has a tick of {tick_s:g} s; only a plant of {TICK_S:g} s can be attached so far"
-        raise UsageError(f"{words}; set tick_s in [time] of its case.toml, or leave it out")
+    tick_s, dead_s = plant.description.timing.tick_s, mapping.connection.dead_s
+    if dead_s < (least_s := TICKS * tick_s / options.pace):
+        words = f"dead_s = {dead_s:g} s of the mapping is too short for {plant.name}, which has a tick of {tick_s:g} s"
+        raise UsageError(f"{words}: a connection that is well would be dead; state at least {least_s:g} s")
     rules, groups = rules_of(plant), _groups(options)
     Translation(mapping, rules)  # refused where mapping and plant contradict each other
     if not security.writes:

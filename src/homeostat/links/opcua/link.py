@@ -14,6 +14,7 @@ from homeostat.links.opcua.connection.keeper import LOOK_S, Keeper
 from homeostat.links.opcua.connection.session import Session
 from homeostat.links.opcua.extra import need_opcua
 from homeostat.links.opcua.mapping import LinkMapping
+from homeostat.links.opcua.reading.process_time import ProcessTime
 from homeostat.links.opcua.reading.samples import Samples
 from homeostat.links.opcua.reading.source import OpcuaSource, finite_pace
 from homeostat.links.opcua.security.security import Security
@@ -47,7 +48,7 @@ class OpcuaLink:
         guard = mapping.guard
         self._board = Board(guard.counter or guard.time)
         self._keeper = Keeper(mapping.connection, security, self._board, mapping.readable())
-        self.source = OpcuaSource(self._keeper, self._board, mapping, samples, pace)
+        self.source = OpcuaSource(self._keeper, self._board, mapping, samples, ProcessTime(pace, rules.timing))
         """The reading side."""
         self._token, self._epoch, self._beats, self._taken_s = 0, -1, 0, 0.0
         self._earlier: frozenset[Raw] = frozenset()

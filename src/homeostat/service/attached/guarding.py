@@ -86,9 +86,16 @@ def guard(attaching: Attaching, pulse: int) -> int:
     ``pulse``: descriptor that takes a byte at each tick.
     """
     stopping: list[str] = []
+    waiting: list[Onward] = []
 
     def stop(number: int, frame: FrameType | None) -> None:
         stopping.append("the service was stopped")
+        for source in waiting:
+            source.stop()
+
+    def alive() -> None:
+        with contextlib.suppress(OSError):
+            os.write(pulse, b".")
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C at the terminal is for whoever started this
     signal.signal(signal.SIGTERM, stop)
@@ -104,10 +111,11 @@ def guard(attaching: Attaching, pulse: int) -> int:
             guarding = _Guarding(attaching, directory, records)
         except (OSError, ValueError) as trouble:
             return _refused(trouble)
+        guarding.source.alive = alive
+        waiting.append(guarding.source)
         while not stopping:
             guarding.tick()
-            with contextlib.suppress(OSError):
-                os.write(pulse, b".")
+            alive()
             if os.getppid() != parent:
                 stopping.append("whoever looked after the guard is gone")
         guarding.stop(stopping[0])
@@ -141,10 +149,12 @@ class _Guarding:
         rules, self._directory = attaching.rules, directory
         self._configuration = rules.configuration
         self._link = link = OpcuaLink(attaching.mapping, rules, attaching.security, attaching.pace)
-        source = Onward(link.source, records[-1].at_s if records else 0.0, attaching.pace)
+        self.source = source = Onward(link.source, records[-1].at_s if records else 0.0, attaching.pace, rules.timing)
+        """What is waited for, tick by tick."""
+        self._tick_s = rules.timing.tick_s
         memory = Memory.of(records) if records else None
         attachment = Attachment(directory.trace, link, Mode.OBSERVE, {ISSUER: attaching.key}, memory, goes_on=False)
-        self._guard = Guard(rules, attachment, attaching.guard)
+        self._guard = Guard(rules, attachment, attaching.guard.for_ticks(rules.timing.tick_s))
         put = self._guard.mailbox.put
         self._reader = Reader(
             source,
@@ -180,7 +190,7 @@ class _Guarding:
 
     def tick(self) -> None:
         """One tick: a sample or its absence, one decision, and everybody is told."""
-        now_s, sample = self._reader.read(1.0)
+        now_s, sample = self._reader.read(self._tick_s)
         self._standing.look(self._guard.mode)
         self._last = seen = self._guard.tick(now_s, sample)
         self._board.show(seen)

@@ -95,7 +95,7 @@ class Endpoint:
         due_s = time.monotonic()
         while True:
             await self._misbehave()
-            now_s, scale = time.monotonic(), self.control.scale
+            now_s, scale = time.monotonic(), self.control.scale / self.control.tick_s
             if scale == 0.0:
                 due_s = now_s
             else:
