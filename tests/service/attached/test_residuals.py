@@ -1,0 +1,71 @@
+"""How far the twin is from the plant, by tag, from a history: what an instrument reads too high, and what drifts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from homeostat.evaluate.operation import declared
+from homeostat.evaluate.simulation import run
+from homeostat.history.embedded.store import EmbeddedStore
+from homeostat.history.samples import ALWAYS, Batch
+from homeostat.plants.plant import Plant, load_plant
+from homeostat.service.historian.observed import PROCESS_TIME
+from homeostat.service.report.facts import Facts
+from homeostat.service.report.page import page
+from homeostat.service.report.residuals import Followed, residuals
+
+pytestmark = pytest.mark.slow
+
+BEGIN_US = 1_764_000_000_000_000
+LENGTH = 2400
+
+
+@pytest.fixture(scope="module")
+def cstr() -> Plant:
+    return load_plant("cstr")
+
+
+@pytest.fixture(scope="module")
+def quiet(cstr: Plant) -> dict[str, np.ndarray]:  # type: ignore[type-arg]
+    """Tag -> readings of a plant without a fault, whose parameters are another plant's."""
+    done = run(cstr, seed=3, end_s=1000.0 + LENGTH, thinking=declared(1.0))
+    return {tag: values[0][-LENGTH:] for tag, values in done.measured.signals.items()}
+
+
+def followed(cstr: Plant, folder: Path, readings: dict[str, np.ndarray], without: range = range(0)) -> Followed:  # type: ignore[type-arg]
+    tags = (*readings, PROCESS_TIME)
+    with EmbeddedStore(folder) as store:
+        for k in range(LENGTH):
+            if k in without:
+                continue
+            at = np.full(len(tags), BEGIN_US + k * 1_000_000, dtype=np.int64)
+            values = np.array([*(column[k] for column in readings.values()), 1000.0 + k])
+            store.append(Batch(tags, at, values, np.zeros(len(tags), dtype=np.uint32), at, int(at[0])))
+        return residuals(cstr, store, ALWAYS)
+
+
+def test_a_reading_that_drifts_is_first_on_the_list_and_others_are_not(
+    cstr: Plant,
+    quiet: dict[str, np.ndarray],
+    tmp_path: Path,  # type: ignore[type-arg]
+) -> None:
+    well = followed(cstr, tmp_path / "well", quiet)
+    assert well.stretches == LENGTH // 600 and well.left_out == 0
+    drifting = quiet | {"L1": quiet["L1"] + np.linspace(0.0, 2.0, LENGTH)}
+    found = followed(cstr, tmp_path / "drifting", drifting)
+    assert found.residuals[0].tag == "L1"
+    assert found.residuals[0].within > 2.0 * next(r.within for r in well.residuals if r.tag == "L1")
+    text = page(Facts(plant="cstr"), found)
+    assert "Twin against plant" in text and "4 stretches" in text and "There is no history" not in text
+
+
+def test_what_was_not_recorded_is_left_out_and_a_gap_ends_a_stretch(
+    cstr: Plant,
+    quiet: dict[str, np.ndarray],
+    tmp_path: Path,  # type: ignore[type-arg]
+) -> None:
+    found = followed(cstr, tmp_path / "gap", quiet, range(650, 1250))
+    assert found.left_out == 1 and found.stretches == 3, "50 s before the gap say nothing"
