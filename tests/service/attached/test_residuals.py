@@ -6,20 +6,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from homeostat.evaluate.operation import declared
 from homeostat.evaluate.simulation import run
-from homeostat.history.embedded.store import EmbeddedStore
-from homeostat.history.samples import ALWAYS, Batch
+from homeostat.history.samples import ALWAYS
 from homeostat.plants.plant import Plant, load_plant
-from homeostat.service.historian.observed import PROCESS_TIME
 from homeostat.service.report.facts import Facts
 from homeostat.service.report.page import page
 from homeostat.service.report.residuals import Followed, residuals
+from tests.equipment.kept_run import kept
 
 pytestmark = pytest.mark.slow
 
-BEGIN_US = 1_764_000_000_000_000
+Readings = dict[str, NDArray[np.float64]]
 LENGTH = 2400
 
 
@@ -29,28 +29,20 @@ def cstr() -> Plant:
 
 
 @pytest.fixture(scope="module")
-def quiet(cstr: Plant) -> dict[str, np.ndarray]:  # type: ignore[type-arg]
+def quiet(cstr: Plant) -> Readings:
     """Tag -> readings of a plant without a fault, whose parameters are another plant's."""
     done = run(cstr, seed=3, end_s=1000.0 + LENGTH, thinking=declared(1.0))
     return {tag: values[0][-LENGTH:] for tag, values in done.measured.signals.items()}
 
 
-def followed(cstr: Plant, folder: Path, readings: dict[str, np.ndarray], without: range = range(0)) -> Followed:  # type: ignore[type-arg]
-    tags = (*readings, PROCESS_TIME)
-    with EmbeddedStore(folder) as store:
-        for k in range(LENGTH):
-            if k in without:
-                continue
-            at = np.full(len(tags), BEGIN_US + k * 1_000_000, dtype=np.int64)
-            values = np.array([*(column[k] for column in readings.values()), 1000.0 + k])
-            store.append(Batch(tags, at, values, np.zeros(len(tags), dtype=np.uint32), at, int(at[0])))
-        return residuals(cstr, store, ALWAYS)
+def followed(cstr: Plant, folder: Path, readings: Readings, without: range = range(0)) -> Followed:
+    return residuals(cstr, kept(folder, readings, 1000.0, without), ALWAYS)
 
 
 def test_a_reading_that_drifts_is_first_on_the_list_and_others_are_not(
     cstr: Plant,
-    quiet: dict[str, np.ndarray],
-    tmp_path: Path,  # type: ignore[type-arg]
+    quiet: Readings,
+    tmp_path: Path,
 ) -> None:
     well = followed(cstr, tmp_path / "well", quiet)
     assert well.stretches == LENGTH // 600 and well.left_out == 0
@@ -64,8 +56,8 @@ def test_a_reading_that_drifts_is_first_on_the_list_and_others_are_not(
 
 def test_what_was_not_recorded_is_left_out_and_a_gap_ends_a_stretch(
     cstr: Plant,
-    quiet: dict[str, np.ndarray],
-    tmp_path: Path,  # type: ignore[type-arg]
+    quiet: Readings,
+    tmp_path: Path,
 ) -> None:
     found = followed(cstr, tmp_path / "gap", quiet, range(650, 1250))
     assert found.left_out == 1 and found.stretches == 3, "50 s before the gap say nothing"

@@ -52,6 +52,7 @@ def _attaching(options: argparse.Namespace) -> Attaching:
     """Everything that the two processes begin with, read and checked."""
     import hashlib
 
+    from homeostat.evaluate.recorded.plant import place
     from homeostat.guard.requests.seal import new_key
     from homeostat.guard.settings import GuardSettings
     from homeostat.journal import Setting
@@ -77,7 +78,7 @@ def _attaching(options: argparse.Namespace) -> Attaching:
         tell("INSECURE: nothing is encrypted, nobody is checked, nothing can be written")
     settings = (
         Setting("configuration", plant.configuration),
-        Setting("plant folder", str(plant.files.folder)),
+        *place(plant.files.folder),
         Setting("link", hashlib.sha256(options.link.read_bytes()).hexdigest()),
         Setting("pace", options.pace),
         Setting("persons", options.persons),

@@ -7,12 +7,12 @@ import sys
 from pathlib import Path
 
 from homeostat.cli.arguments import UsageError
+from homeostat.cli.recorded_plant import plant_of_run
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.quotation import printable
 from homeostat.history.samples import Span
 from homeostat.journal import read_events
 from homeostat.journal.beside.files import write_whole
-from homeostat.plants.plant import load_plant
 from homeostat.service.attached.place import KEPT, begins
 from homeostat.service.report.facts import facts_of
 from homeostat.service.report.page import page
@@ -49,7 +49,9 @@ def _followed(options: argparse.Namespace, run_dir: Path) -> Followed | None:
     extent = history.extent()
     if extent is None:
         return None
-    plant = load_plant(str(started.settings.get("plant folder")))
+    plant = plant_of_run(started, run_dir, options.case)[1]
+    if plant is None:
+        return None  # why was said
     pace = float(str(started.settings.get("pace")))
     last_us = extent.to_us - extent.from_us if options.last is None else round(_seconds(options.last) / pace * 1e6)
     print(f"{plant.name}'s twin follows the history in {printable(str(folder))}", file=sys.stderr)
