@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import secrets
 import tempfile
 import threading
 import time
@@ -19,13 +20,16 @@ import homeostat as hs
 from benchmarks.arguments import names
 from benchmarks.attached.rows import Rows
 from benchmarks.host import commit
+from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.history.embedded.reading import EmbeddedHistory
 from homeostat.history.samples import ALWAYS
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
 from homeostat.plants.assembly import guard_rules
 from homeostat.record.decode import decode
+from homeostat.service.doors.asking import order
 from homeostat.service.historian.observed import PROCESS_TIME
+from homeostat.service.order import OrderError
 from tests.equipment.opcua.attached import Attached, Reactor
 
 FAST: Final = 20.0
@@ -48,7 +52,7 @@ def over_the_wire(fault: str, mode: str, folder: Path) -> dict[str, Any]:
         live = folder / "live"
         with Attached(reactor, live) as attached:
             attached.waits_for(lambda now: now["thinking"]["process"] and now["now_s"], "thinking")
-            attached.order("mode", mode, "--reason", "study")
+            _order(live, Verb.MODE, mode)
             attached.waits_for(lambda now: now["now_s"] >= ONSET_S - SCALE, "the onset", 300.0)
             reactor.ask(f"pace {SCALE}")
             began, before = time.monotonic(), len(reactor.commands)
@@ -84,10 +88,19 @@ def _watch(attached: Attached, until_s: float) -> int:
     """Say yes to whatever is offered, until process time ``until_s``; how often that was."""
     said = 0
     while (now := attached.status) and now["now_s"] < until_s:
-        for request in now["offered"]:
-            said += attached.order("approve", request)[0] == 0
+        for request, digest in now["offered"].items():
+            said += _order(attached.directory, Verb.APPROVE, request, digest)
         time.sleep(0.2)
     return said
+
+
+def _order(live: Path, verb: Verb, subject: str, digest: str = "") -> bool:
+    """Whether the guard did what a person ordered."""
+    command = PersonCommand(secrets.token_hex(8), "Ada", Role.ENGINEER, verb, subject, digest, "study")
+    try:
+        return order(live, command).done
+    except OrderError:
+        return False
 
 
 def _hottest(folder: Path, onset_s: float) -> float:
