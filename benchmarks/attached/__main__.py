@@ -14,7 +14,7 @@ from pathlib import Path
 from string import Template
 from typing import Any, Final
 
-from benchmarks.attached.page import claims, disturbed, killed, recovered, table
+from benchmarks.attached.page import claims, disturbed, killed, many, recovered, table
 from benchmarks.attached.rows import Rows
 from benchmarks.host import measured_on
 
@@ -32,8 +32,8 @@ def go_on(study: str, folder: Path, minutes: float) -> None:
     subprocess.run([sys.executable, "-m", f"benchmarks.attached.{study}", *timed, *out], check=True)
 
 
-def text(found: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
-    """The page."""
+def text(found: Mapping[str, Sequence[Mapping[str, Any]]], history: str) -> str:
+    """The page; ``history``: what the benchmark of the history printed."""
     told = list(claims(found))
     rows = [row for name in STUDIES for row in found[name]]
     commits = Counter(row["commit"] for row in rows)
@@ -47,6 +47,8 @@ def text(found: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
         disturbed=disturbed(found["disturbed"]),
         killed=killed(found["killed"]),
         recovered=recovered(found["recovered"]),
+        many=many(found["many"]),
+        history=history or "not measured",
         commits=", ".join(f"`{name}` ({count} rows)" for name, count in commits.items()),
         load=f"{loads[0]:g} to {loads[-1]:g}, {loads[len(loads) // 2]:g} in the middle" if loads else "unknown",
     )
@@ -61,7 +63,11 @@ def main() -> None:
         for study in STUDIES:
             go_on(study, options.rows, options.minutes)
     found = {study: Rows(options.rows / f"{study}.jsonl").all() for study in STUDIES}
-    PAGE.write_text(text(found), "utf-8")
+    history = options.rows / "history.txt"
+    if options.minutes:
+        command = [sys.executable, "-m", "benchmarks.history", "--tags", "400", "--hours", "24"]
+        history.write_text(subprocess.run(command, check=True, capture_output=True, text=True).stdout, "utf-8")
+    PAGE.write_text(text(found, history.read_text("utf-8").strip() if history.exists() else ""), "utf-8")
 
 
 if __name__ == "__main__":

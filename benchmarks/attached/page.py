@@ -124,6 +124,23 @@ def came_to(row: Row) -> str:
     return f"advised {len(row['offered'])} times" if row["offered"] else f"nothing was needed, {row['state']}"
 
 
+def many(rows: Sequence[Row]) -> str:
+    """The table of what many tags took."""
+    head = (
+        "tags", "ticks", "without a sample", "a tick, median, 99 % and most [ms]", "of the processor [ms]",
+        "guard [cores]", "historian [cores]", "memory, first and last [MB]", "bytes per sample", "load",
+    )  # fmt: skip
+
+    def line(row: Row) -> list[object]:
+        wall, cpu, memory = (", ".join(map(str, row[key])) for key in ("wall_ms", "cpu_ms", "memory_mb"))
+        return [
+            row["tags"], row["ticks"], row["without"], wall, cpu, row["guard_cores"], row["historian_cores"], memory,
+            row["bytes_per_sample"], row["load"],
+        ]  # fmt: skip
+
+    return table(head, map(line, rows)) if rows else "Not measured."
+
+
 def claims(found: Mapping[str, Sequence[Row]]) -> Iterator[Claim]:
     """Every claim of which there are rows."""
     if rows := found.get("disturbed"):
