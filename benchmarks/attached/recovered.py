@@ -75,6 +75,7 @@ def over_the_wire(fault: str, mode: str, folder: Path) -> dict[str, Any]:
         "offered": [e.request for e in found if isinstance(e, hs.events.RequestAnswered) and e.status == "advised"],
         "diagnosed": [e.hypotheses[0].name for e in found if isinstance(e, hs.events.Diagnosed) and e.hypotheses][:3],
         "fallbacks": sum(isinstance(e, hs.events.FallbackActivated) for e in found),
+        "why": [e.reason for e in found if isinstance(e, hs.events.FallbackActivated)],
         "approved": said,
         "mode": now["mode"]["actual"],
         "state": now["state"],
