@@ -227,6 +227,22 @@ def test_a_person_takes_a_lost_lease_by_ordering_a_mode_and_ends_the_attempts_by
     assert not world.guard._parts.tenure.held
 
 
+def test_a_lease_that_is_lost_as_soon_as_a_person_wants_it_is_tried_for_at_once_however_often_it_was_before() -> None:
+    world, vessel = lapsing()
+    for _ in range(8):  # each time it lasts for a moment
+        vessel.shed()
+        world.tick(2)
+    world.order(Verb.MODE, Mode.OBSERVE.value)
+    world.tick(2)
+    before = len(world.journal.of(LeaseTried))
+    world.order(Verb.MODE, Mode.CLOSED_LOOP.value)
+    world.tick()
+    vessel.shed()
+    world.tick(3)
+    assert len(world.journal.of(LeaseTried)) == before + 1 and world.guard._parts.tenure.held
+    assert "heartbeat" not in world.alarms
+
+
 MORE = replace(RULES, nominal=(BEGIN, POUR, Step(RULES.machine.transitions[3], (Command("F.sp", 0.0, 0.005),))))
 
 

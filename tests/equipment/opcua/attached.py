@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import signal
-import socket
 import subprocess
 import time
 from collections.abc import Callable
@@ -17,6 +15,7 @@ from homeostat.links.opcua.security.certificate import Pki
 from homeostat.service.doors.asking import status
 from homeostat.service.order import OrderError
 from tests.cli.command import COMMAND, environment, homeostat
+from tests.equipment.opcua.process import ServerProcess
 from tests.equipment.opcua.served import make_pkis
 
 LIMIT_S = 150.0
@@ -33,51 +32,42 @@ def until(holds: Callable[[], Any], what: str, within_s: float = LIMIT_S) -> Any
 
 
 class Reactor:
-    """The reactor, served at a scale; the engineer's port moves it."""
+    """The reactor, or another ``case``, served at a scale, and the mapping to it; the engineer's port moves it."""
 
-    def __init__(self, folder: Path, scale: float) -> None:
-        self.scale, self.folder = scale, folder
+    def __init__(self, folder: Path, scale: float, *options: str, case: str = "cstr") -> None:
+        self.scale, self.folder, self._options, self.case = scale, folder, options, case
         self.pkis: tuple[Pki, Pki] = make_pkis(folder / "pki")
-        self.port = self.engineer = 0
+        self._server = ServerProcess(environment())
+        self.kill, self.freeze, self.ask = self._server.kill, self._server.freeze, self._server.ask
         self.start()
+        self.mapping = folder / "cstr.toml"
         done = homeostat(
-            "link", "draft", f"opc.tcp://127.0.0.1:{self.port}/homeostat/", "--plant", "cstr", "--out", "cstr.toml",
-            "--pki", str(self.pkis[1].folder), cwd=folder,
+            "link", "draft", self.url, "--plant", case, "--out", str(self.mapping), "--pki", str(self.pkis[1].folder),
+            cwd=folder,
         )  # fmt: skip
         assert done.status == 0, done
 
     def start(self) -> None:
         """Serve, at the ports of before where it was served before."""
-        arguments = [
-            "serve", "cstr", "--port", str(self.port), "--engineer-port", str(self.engineer), "--scale",
-            str(self.scale), "--pki", str(self.pkis[0].folder),
-        ]  # fmt: skip
-        self.process = subprocess.Popen(
-            [*COMMAND, *arguments], stdout=subprocess.PIPE, text=True, env=environment(), start_new_session=True
-        )
-        assert self.process.stdout is not None
-        line = self.process.stdout.readline()
-        first, _, last = line.partition("/homeostat/")
-        self.port, self.engineer = int(first.rpartition(":")[2]), int(last.rpartition(":")[2])
+        ports = "--port", str(self._server.port), "--engineer-port", str(self._server.engineer)
+        given = "--scale", str(self.scale), "--pki", str(self.pkis[0].folder), *self._options
+        self._server.start([*COMMAND, "serve", self.case, *ports, *given])
 
-    def ask(self, line: str) -> Any:
-        """What the engineer's port answers to ``line``."""
-        with socket.create_connection(("127.0.0.1", self.engineer), 30.0) as connection:
-            connection.sendall(line.encode() + b"\n")
-            answer: dict[str, Any] = json.loads(connection.makefile().readline())
-        assert "error" not in answer, answer
-        return answer["done"]
+    @property
+    def url(self) -> str:
+        """Where it is served."""
+        return self._server.url
 
     @property
     def commands(self) -> list[Any]:
         """Commands that have reached the plant, in order."""
-        return [arrival["commands"] for arrival in self.ask("wire")]
+        return self._server.commands
 
-    def end(self) -> None:
-        self.process.kill()
-        self.process.wait(LIMIT_S)
-        if self.process.stdout is not None:
-            self.process.stdout.close()
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        self.kill()
 
 
 class Attached:
@@ -86,7 +76,7 @@ class Attached:
     def __init__(self, reactor: Reactor, directory: Path, *options: str) -> None:
         self.reactor, self.directory = reactor, directory
         command = [
-            *COMMAND, "attach", "cstr", "--link", str(reactor.folder / "cstr.toml"), "--dir", str(directory), "--pace",
+            *COMMAND, "attach", reactor.case, "--link", str(reactor.mapping), "--dir", str(directory), "--pace",
             str(reactor.scale), "--persons", "1", "--pki", str(reactor.pkis[1].folder), *options,
         ]  # fmt: skip
         self.errors = directory.parent / f"{directory.name}.txt"

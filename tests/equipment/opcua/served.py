@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import shutil
-import signal
-import socket
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -18,11 +14,11 @@ from typing import Any, Self
 from homeostat.links.opcua.link import OpcuaLink
 from homeostat.links.opcua.security.certificate import Pki, make_certificate
 from homeostat.links.opcua.security.security import APPLICATION, SERVED, Security
+from tests.equipment.opcua.process import ServerProcess
 from tests.equipment.opcua.tank import RULES, tank_mapping
 
 SCALE = 5.0
 """Process seconds per second of a served tank."""
-START_S = 60.0
 
 
 def make_pkis(folder: Path) -> tuple[Pki, Pki]:
@@ -40,38 +36,27 @@ class Served:
     def __init__(self, pkis: tuple[Pki, Pki], **given: Any) -> None:
         self._given = {"port": 0, "scale": SCALE, "pki": str(pkis[0].folder), **given}
         self.pki, self.scale = pkis[1], float(self._given["scale"])
+        self._server = ServerProcess()
+        self.kill, self.freeze, self.ask = self._server.kill, self._server.freeze, self._server.ask
         self.start()
 
     def start(self) -> None:
         """Start, or start again at the same ports."""
-        command = [sys.executable, "-m", "tests.equipment.opcua.tank_server", json.dumps(self._given)]
-        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-        assert self._process.stdout is not None
-        self.port, self.engineer = map(int, self._process.stdout.readline().split())
-        self._given |= {"port": self.port, "engineer_port": self.engineer}
+        given = self._given | {"port": self.port or self._given["port"], "engineer_port": self.engineer}
+        self._server.start([sys.executable, "-m", "tests.equipment.opcua.tank_server", json.dumps(given)])
 
-    def kill(self) -> None:
-        self._process.kill()
-        self._process.wait(START_S)
-        assert self._process.stdout is not None
-        self._process.stdout.close()
+    @property
+    def port(self) -> int:
+        return self._server.port
 
-    def freeze(self, on: bool) -> None:
-        """Stop the process, or let it go on."""
-        os.kill(self._process.pid, signal.SIGSTOP if on else signal.SIGCONT)
-
-    def ask(self, line: str) -> Any:
-        """What the engineer's port answers to ``line``."""
-        with socket.create_connection(("127.0.0.1", self.engineer), 30.0) as connection:
-            connection.sendall(line.encode() + b"\n")
-            answer: dict[str, Any] = json.loads(connection.makefile().readline())
-        assert "error" not in answer, answer
-        return answer["done"]
+    @property
+    def engineer(self) -> int:
+        return self._server.engineer
 
     @property
     def wire(self) -> list[Any]:
         """Commands that arrived, in order."""
-        return [arrival["commands"] for arrival in self.ask("wire")]
+        return self._server.commands
 
     def open(self, port: int | None = None, two_step: bool = False, **connection: object) -> OpcuaLink:
         """A link to it that has just begun to connect."""
@@ -98,8 +83,6 @@ class Served:
         return self
 
     def __exit__(self, *raised: object) -> None:
-        with contextlib.suppress(ProcessLookupError):
-            self.freeze(False)
         self.kill()
 
 

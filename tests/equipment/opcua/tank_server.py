@@ -30,9 +30,11 @@ def main(given: dict[str, Any]) -> None:
     control = ControlSystem(simulated().link, TAGS, writable, given.pop("two_step", False))
     pki, login, engineer = given.pop("pki", None), given.pop("login", None), given.pop("engineer_port", 0)
     serving = Serving(pki=pki and Pki(Path(pki)), login=login and tuple(login), **given)
-    asyncio.run(
-        serve(control, Engineer(control, None, simulated), serving, engineer, lambda *ports: print(*ports, flush=True))
-    )
+
+    def ready(port: int, engineers: int) -> None:
+        print(f"opc.tcp://127.0.0.1:{port}/homeostat/; engineer at 127.0.0.1:{engineers}", flush=True)
+
+    asyncio.run(serve(control, Engineer(control, None, simulated), serving, engineer, ready))
 
 
 if __name__ == "__main__":

@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-import json
-import re
-import socket
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -22,10 +15,10 @@ from homeostat.journal import MemoryTrace
 from homeostat.links.clock import ThinkingClock
 from homeostat.links.opcua.link import OpcuaLink
 from homeostat.links.opcua.mapping import read_mapping
-from homeostat.links.opcua.security.certificate import Pki
 from homeostat.links.opcua.security.security import Security
 from homeostat.plants.wired.assembly import guard_rules
-from tests.cli.command import environment, homeostat_process
+from tests.cli.command import homeostat_process
+from tests.equipment.opcua.attached import Reactor
 from tests.equipment.opcua.served import wait_up
 
 FAST, SLOW = 20.0, 3.0
@@ -33,50 +26,22 @@ FAST, SLOW = 20.0, 3.0
 ONSET_S, END_S = 1000.0, 1400.0
 
 
-@dataclass(frozen=True)
-class Reactor:
-    """The served reactor."""
-
-    url: str
-    engineer: int
-    mapping: Path
-
-    def ask(self, line: str) -> Any:
-        with socket.create_connection(("127.0.0.1", self.engineer), 30.0) as connection:
-            connection.sendall(line.encode() + b"\n")
-            answer = json.loads(connection.makefile().readline())
-        assert "error" not in answer, answer
-        return answer["done"]
-
-
 @pytest.fixture
-def reactor(pkis: tuple[Pki, Pki], tmp_path: Path) -> Iterator[Reactor]:
-    served, link = pkis
-    given = ["--port", "0", "--engineer-port", "0", "--scale", "0", "--heartbeat", "30", "--pki", str(served.folder)]
-    command = [sys.executable, "-m", "homeostat", "serve", "cstr", *given]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment()) as process:
-        assert process.stdout is not None
-        said = process.stdout.readline()
-        found = re.search(r"(opc\.tcp://\S+?),.* engineer at 127\.0\.0\.1:(\d+)", said)
-        assert found is not None, said
-        mapping = tmp_path / "cstr.toml"
-        done = homeostat_process(
-            "link", "draft", found[1], "--plant", "cstr", "--pki", str(link.folder), "--out", str(mapping), cwd=tmp_path
-        )
-        assert done.status == 0, done.err
-        done = homeostat_process("link", "check", "cstr", str(mapping), "--pki", str(link.folder), cwd=tmp_path)
+def reactor(tmp_path: Path) -> Iterator[Reactor]:
+    with Reactor(tmp_path, 0.0, "--heartbeat", "30") as served:
+        pki, mapping = str(served.pkis[1].folder), served.mapping
+        done = homeostat_process("link", "check", "cstr", str(mapping), "--pki", pki, cwd=tmp_path)
         assert done.status == 0 and "nothing is wrong" in done.out, done.out
         mapping.write_text(mapping.read_text().replace("[connection]\n", "[connection]\npublish_s = 0.02\n"))
-        yield Reactor(found[1], int(found[2]), mapping)
-        process.kill()
+        yield served
 
 
-def attached(reactor: Reactor, pki: Pki, mode: Mode, onset_s: float, end_s: float) -> MemoryTrace:
+def attached(reactor: Reactor, mode: Mode, onset_s: float, end_s: float) -> MemoryTrace:
     """What happens to a supervisor until process time ``end_s``; the cooling valve sticks at ``onset_s``."""
     plant, trace = hs.load_plant("cstr"), MemoryTrace()
     told: list[float] = []
     rules, mapping = guard_rules(plant), read_mapping(reactor.mapping)
-    with OpcuaLink(mapping, rules, Security(pki), pace=SLOW) as link:
+    with OpcuaLink(mapping, rules, Security(reactor.pkis[1]), pace=SLOW) as link:
         reactor.ask(f"pace {FAST}")
         wait_up(link)
         supervisor = hs.Supervisor(plant, link, mode, trace, clock=ThinkingClock(SLOW))
@@ -93,8 +58,8 @@ def attached(reactor: Reactor, pki: Pki, mode: Mode, onset_s: float, end_s: floa
 
 @pytest.mark.wide
 @pytest.mark.timeout(600)
-def test_the_reactor_is_recovered_over_the_wire(reactor: Reactor, pkis: tuple[Pki, Pki]) -> None:
-    trace = attached(reactor, pkis[1], Mode.CLOSED_LOOP, ONSET_S, END_S)
+def test_the_reactor_is_recovered_over_the_wire(reactor: Reactor) -> None:
+    trace = attached(reactor, Mode.CLOSED_LOOP, ONSET_S, END_S)
     released = trace.of(hs.events.ReleasedActions)
     assert released and not trace.of(hs.events.FallbackActivated), [e.event for e in trace.entries][-20:]
     assert [s.state for s in trace.of(hs.events.StateEntered)][:2] == ["normal", "reduced_load"]
@@ -109,9 +74,9 @@ def test_the_reactor_is_recovered_over_the_wire(reactor: Reactor, pkis: tuple[Pk
 
 
 @pytest.mark.wide
-def test_in_advise_nothing_is_written_as_the_server_knows(reactor: Reactor, pkis: tuple[Pki, Pki]) -> None:
+def test_in_advise_nothing_is_written_as_the_server_knows(reactor: Reactor) -> None:
     begin = time.monotonic()
-    trace = attached(reactor, pkis[1], Mode.ADVISE, 400.0, 700.0)
+    trace = attached(reactor, Mode.ADVISE, 400.0, 700.0)
     assert time.monotonic() - begin < 200.0
     assert trace.of(hs.events.Tripped), "it has looked on"
     status = reactor.ask("status")

@@ -6,6 +6,7 @@ import asyncio
 import itertools
 import math
 import time
+from dataclasses import replace
 
 import pytest
 
@@ -14,6 +15,7 @@ from homeostat.links.errors import LeaseVoid, LinkError
 from homeostat.links.opcua.commissioning.browse import connected
 from homeostat.links.opcua.link import OpcuaLink
 from homeostat.links.opcua.security.security import Security
+from tests.equipment.opcua.attached import until
 from tests.equipment.opcua.served import Served, wait_up
 from tests.equipment.opcua.tank import RULES, tank_mapping
 from tests.links.opcua.waiting import sample, settled
@@ -37,6 +39,19 @@ def test_every_reading_keeps_three_times(served: Served) -> None:
         assert reading.source_at is not None and reading.server_at is not None
         assert 0.0 <= (reading.received_at - reading.source_at).total_seconds() < 1.0
         assert abs(link.clock_s) < 1.0
+
+
+def test_news_of_an_earlier_lease_that_comes_late_ends_no_new_one(served: Served) -> None:
+    with served.link() as link:
+        wire, node = link.take(), "ns=2;s=Guard/Lease"
+        older = replace(link.readings["ns=2;s=T"], value=0, received_s=time.monotonic())
+        link._board.put({node: older})
+        assert not wire.void
+        link.beat()
+        until(lambda: link.readings[node].value, "the plant shows whose the lease is")
+        assert not wire.void
+        link._board.put({node: replace(older, received_s=time.monotonic())})
+        assert wire.void, "it was ours, and is not any more"
 
 
 def test_a_write_is_one_call_with_rate_and_mode_and_is_read_back(served: Served) -> None:

@@ -8,23 +8,24 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from homeostat.domain.plant.timing import Timing
 from homeostat.links.opcua.reading.process_time import ProcessTime
 
 told = st.none() | st.floats(-1e9, 1e9) | st.sampled_from([float("nan"), float("inf"), -float("inf")])
 ticks = st.lists(st.tuples(st.booleans(), told, st.floats(0.0, 100.0)), min_size=1, max_size=60)
 
 
-@given(ticks=ticks, pace=st.floats(0.1, 100.0))
+@given(ticks=ticks, pace=st.floats(0.1, 100.0), tick_s=st.sampled_from([0.1, 0.5, 1.0, 10.0]))
 def test_time_never_runs_back_and_every_sample_is_later(
-    ticks: list[tuple[bool, float | None, float]], pace: float
+    ticks: list[tuple[bool, float | None, float]], pace: float, tick_s: float
 ) -> None:
-    time, at_s = ProcessTime(pace), 0.0
+    time, at_s = ProcessTime(pace, Timing(tick_s)), 0.0
     before_s = 0.0
     for there, told_s, passed_s in ticks:
         at_s += passed_s
         now_s = time.sample(told_s, at_s) if there else time.absent(at_s)
         assert now_s > before_s if there else now_s >= before_s
-        assert now_s == round(now_s) == time.now_s
+        assert now_s == time.now_s and abs(now_s / tick_s - round(now_s / tick_s)) < 1e-3
         before_s = now_s
 
 

@@ -24,9 +24,8 @@ SCALE = 5.0
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Reactor]:
-    reactor = Reactor(tmp_path_factory.mktemp("served"), SCALE)
-    yield reactor
-    reactor.end()
+    with Reactor(tmp_path_factory.mktemp("served"), SCALE) as reactor:
+        yield reactor
 
 
 @pytest.fixture
@@ -54,9 +53,14 @@ def test_it_observes_writes_nothing_and_stops_without_moving_the_plant(reactor: 
         maps = Path(f"/proc/{now['guard_process']}/maps").read_text()
         assert "llvmlite" not in maps, "the guard's process loads no compiler"
         refused(
-            homeostat("attach", "cstr", "--link", str(reactor.folder / "cstr.toml"), "--dir", str(live), "--pki",
+            homeostat("attach", "cstr", "--link", str(reactor.mapping), "--dir", str(live), "--pki",
                       str(reactor.pkis[1].folder), cwd=live.parent),
             "is attached already",
+        )  # fmt: skip
+        refused(
+            homeostat("attach", "cstr", "--link", str(reactor.mapping), "--dir", str(live), "--pki",
+                      str(reactor.pkis[1].folder), "--history", str(live / "h"), cwd=live.parent),
+            "is inside --dir",
         )  # fmt: skip
         shown = homeostat("status", str(live), cwd=live.parent)
         assert shown.status == 0 and "observe; nobody has asked for another one" in shown.out
@@ -65,6 +69,8 @@ def test_it_observes_writes_nothing_and_stops_without_moving_the_plant(reactor: 
         assert attached.status["out_of_service"] == ["T1.sp"]
         assert attached.interrupt() == 0
     assert reactor.commands == []
+    shown = homeostat("history", "show", "T1", "--store", f"{live}.history", cwd=live.parent)
+    assert shown.status == 0 and "good" in shown.out
     report = verify(live)
     assert report.complete and report.contradictions == ()
     refused(homeostat("status", str(live), cwd=live.parent), "no service runs")
@@ -117,11 +123,11 @@ def test_a_lost_connection_leaves_the_mode_at_observe(reactor: Reactor, live: Pa
     with Attached(reactor, live) as attached:
         attached.waits_for(lambda now: now["now_s"] is not None and not now["link"]["trouble"], "samples")
         assert attached.order("mode", "closed-loop", "--reason", "test")[0] == 0
-        os.kill(reactor.process.pid, signal.SIGSTOP)
+        reactor.freeze(True)
         try:
             now = attached.waits_for(lambda now: now["link"]["trouble"], "the loss")
         finally:
-            os.kill(reactor.process.pid, signal.SIGCONT)
+            reactor.freeze(False)
         now = attached.waits_for(lambda now: not now["link"]["trouble"] and now["mode"]["actual"] == "observe", "data")
         assert now["mode"]["requested"] == "closed-loop" and "the connection was lost" in now["mode"]["why"]
         attached.waits_for(lambda now: not now["readings"], "good readings")

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 
 from homeostat.cli.arguments import UsageError
 from homeostat.domain.mode import Role
-from homeostat.domain.plant.timing import TICK_S
 from homeostat.domain.quotation import printable
 
 if TYPE_CHECKING:
     from homeostat.service.attached.guarding import Attaching
 
 
+TICKS = 2.0
+"""Fewest samples that a connection must have missed before it is dead."""
 CALL_S = 0.5
 """Longest wait for a control system to take a write or a heartbeat, wall-clock [s]."""
 
@@ -51,6 +52,7 @@ def _attaching(options: argparse.Namespace) -> Attaching:
     """Everything that the two processes begin with, read and checked."""
     import hashlib
 
+    from homeostat.evaluate.recorded.plant import place
     from homeostat.guard.requests.seal import new_key
     from homeostat.guard.settings import GuardSettings
     from homeostat.journal import Setting
@@ -66,16 +68,17 @@ def _attaching(options: argparse.Namespace) -> Attaching:
     plant, mapping = read_described(options.case), read_mapping(options.link)
     security = Security(None if options.pki is None else Pki(options.pki), options.insecure, login_from(options.login))
     security.check()
-    if (tick_s := plant.description.timing.tick_s) != TICK_S:
-        words = f"{plant.name} has a tick of {tick_s:g} s; only a plant of {TICK_S:g} s can be attached so far"
-        raise UsageError(f"{words}; set tick_s in [time] of its case.toml, or leave it out")
+    tick_s, dead_s = plant.description.timing.tick_s, mapping.connection.dead_s
+    if dead_s < (least_s := TICKS * tick_s / options.pace):
+        words = f"dead_s = {dead_s:g} s of the mapping is too short for {plant.name}, which has a tick of {tick_s:g} s"
+        raise UsageError(f"{words}: a connection that is well would be dead; state at least {least_s:g} s")
     rules, groups = rules_of(plant), _groups(options)
     Translation(mapping, rules)  # refused where mapping and plant contradict each other
     if not security.writes:
         tell("INSECURE: nothing is encrypted, nobody is checked, nothing can be written")
     settings = (
         Setting("configuration", plant.configuration),
-        Setting("plant folder", str(plant.files.folder)),
+        *place(plant.files.folder),
         Setting("link", hashlib.sha256(options.link.read_bytes()).hexdigest()),
         Setting("pace", options.pace),
         Setting("persons", options.persons),
@@ -90,7 +93,23 @@ def _attaching(options: argparse.Namespace) -> Attaching:
         pace=options.pace,
         groups=groups,
         key=new_key(),
+        history=_history(options),
     )
+
+
+def _history(options: argparse.Namespace) -> Path | None:
+    """Folder of the history; None where none is wanted. HistoryError where it holds something else."""
+    if options.no_history:
+        return None
+    from homeostat.history.settings import read_settings
+    from homeostat.service.attached.place import KEPT
+
+    directory: Path = options.dir.resolve()
+    folder: Path = (options.history or directory.with_name(directory.name + KEPT)).resolve()
+    if folder.is_relative_to(directory):  # the journal's manifest names every file in it
+        raise UsageError(f"--history {str(folder)!r} is inside --dir, which is closed when it stops; name one outside")
+    read_settings(folder)
+    return folder
 
 
 def _groups(options: argparse.Namespace) -> dict[Role, int]:

@@ -7,15 +7,20 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from homeostat.cli.arguments import UsageError
-from homeostat.cli.recorded_plant import plant_of_run
+from homeostat.cli.recorded_plant import plant_of_run, vouched
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.quotation import printable
-from homeostat.journal import BrokenChain, RunStarted, read_events
+from homeostat.evaluate.recorded.plant import recorded_folder
+from homeostat.history.times import read_span
+from homeostat.journal import BrokenChain, Event, RunStarted, read_events
 from homeostat.journal.verify.verify import verify
+from homeostat.plants.plant import load_plant
 from homeostat.record.decode import decode
 from homeostat.record.result import read_result
 from homeostat.record.story.story import Story
 from homeostat.record.story.summary import summary
+from homeostat.service.attached.place import KEPT, begins
+from homeostat.service.what_if import WhatIf
 
 _UNTOLD = (LookupError, TypeError, ValueError, ArithmeticError, AttributeError)
 """What words for a record of somebody else's making may run into."""
@@ -24,6 +29,8 @@ _UNTOLD = (LookupError, TypeError, ValueError, ArithmeticError, AttributeError)
 def carry_out(options: argparse.Namespace) -> int:
     """Show the run; 1 where its record is not whole."""
     run_dir = run_directory(options.run)
+    if options.what_if:
+        return _watch_again(options, run_dir)
     report = verify(run_dir)
     if options.json:
         _print_result(run_dir)
@@ -32,6 +39,51 @@ def carry_out(options: argparse.Namespace) -> int:
     if report.problem is not None:
         print(printable(f"homeostat: {str(run_dir)!r}: {report.problem}"), file=sys.stderr)
     return 0 if report.complete else 1
+
+
+def _watch_again(options: argparse.Namespace, run_dir: Path) -> int:
+    """Tell what today's configuration makes of the history; 0."""
+    from homeostat.history.embedded.reading import EmbeddedHistory
+    from homeostat.service.what_if import what_if
+
+    started = begins(run_dir)
+    if started is None:
+        raise UsageError(f"{str(run_dir)!r} is no attached plant's: only the history of one can be watched again")
+    folder = recorded_folder(started)
+    if options.case is None and folder is not None and not vouched(run_dir):
+        raise UsageError(f"nobody vouches for where the plant is ({folder!r}), and it has code; name it with --case")
+    plant = load_plant(options.case or folder or started.case)
+    beside = run_dir.resolve()
+    history = EmbeddedHistory(options.history or beside.with_name(beside.name + KEPT))
+    extent = history.extent()
+    if extent is None:
+        raise UsageError(f"the history of {str(run_dir)!r} has no samples yet")
+    story = Story(plant.description, run_dir)
+
+    def tell(event: Event, at_s: float) -> None:
+        for line in story.tell(event, at_s):
+            print(line)
+
+    found = what_if(plant, history, read_span(options.last, getattr(options, "from"), options.to, extent), tell)
+    print()
+    for line in _in_words(found):
+        print(printable(line))
+    return 0
+
+
+def _in_words(found: WhatIf) -> Iterator[str]:
+    yield f"{found.from_s:.0f} s to {found.to_s:.0f} s, watched as configured today; nothing was written"
+    if found.detected_s is None:
+        yield "nothing would be noticed"
+    else:
+        yield f"noticed at {found.detected_s:.0f} s{f': {found.diagnosis}' if found.diagnosis else ''}"
+    for advice in found.advice[:1]:
+        to = ((c.tag, "automatic" if c.value is None else f"{c.value:.4g}") for c in advice.commands)
+        yield f"would be released at {advice.at_s:.0f} s: {', '.join(f'{tag} to {value}' for tag, value in to)}"
+    if not found.advice:
+        yield "nothing would be released"
+    for at_s, limit in found.trips[:5]:
+        yield f"{limit} would trip at {at_s:.0f} s"
 
 
 def _print_result(run_dir: Path) -> None:

@@ -3,14 +3,20 @@
 import argparse
 import math
 import re
+import sys
+from pathlib import Path
 
 from homeostat.cli.arguments import UsageError
+from homeostat.cli.recorded_plant import plant_of_run
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.quotation import printable
+from homeostat.history.samples import Span
 from homeostat.journal import read_events
 from homeostat.journal.beside.files import write_whole
+from homeostat.service.attached.place import KEPT, begins
 from homeostat.service.report.facts import facts_of
 from homeostat.service.report.page import page
+from homeostat.service.report.residuals import Followed
 
 _UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
 
@@ -21,10 +27,35 @@ def carry_out(options: argparse.Namespace) -> int:
     if options.out.exists() and not options.force:
         raise UsageError(f"{str(options.out)!r} is there already; --force replaces it")
     facts = facts_of(read_events(run_dir), _seconds(options.last))
-    write_whole(options.out, page(facts).encode())
+    followed = _followed(options, run_dir)
+    write_whole(options.out, page(facts, followed).encode())
     counts = f"{len(facts.alarms)} alarms, {len(facts.diagnosed)} diagnoses, {len(facts.asked)} requests"
     print(printable(f"{options.out}: {counts} in {facts.length_s:.0f} s of process time"))
     return 0
+
+
+def _followed(options: argparse.Namespace, run_dir: Path) -> Followed | None:
+    """What the plant's twin makes of the history; None where there is none, which is an error only if it was named."""
+    folder: Path = options.history or run_dir.resolve().with_name(run_dir.resolve().name + KEPT)
+    if options.history is None and not folder.is_dir():
+        return None
+    started = begins(run_dir)
+    if started is None:
+        raise UsageError(f"{str(run_dir)!r} is no attached plant's, so its history has no process time; omit --history")
+    from homeostat.history.embedded.reading import EmbeddedHistory
+    from homeostat.service.report.residuals import residuals
+
+    history = EmbeddedHistory(folder)
+    extent = history.extent()
+    if extent is None:
+        return None
+    plant = plant_of_run(started, run_dir, options.case)[1]
+    if plant is None:
+        return None  # why was said
+    pace = float(str(started.settings.get("pace")))
+    last_us = extent.to_us - extent.from_us if options.last is None else round(_seconds(options.last) / pace * 1e6)
+    print(f"{plant.name}'s twin follows the history in {printable(str(folder))}", file=sys.stderr)
+    return residuals(plant, history, Span(max(extent.to_us - last_us, extent.from_us), extent.to_us))
 
 
 def _seconds(text: str | None) -> float:

@@ -34,7 +34,8 @@ def carry_out(options: argparse.Namespace) -> int:
     made = RestartablePlant(plant, chosen, options.heartbeat)
     link, process = made.begin()
     writables = {tag: rule.automatic for tag, rule in plant.description.writables.items()}
-    control = ControlSystem(link, plant.description.tags_by_name, writables, options.two_step)
+    tick_s = plant.description.timing.tick_s
+    control = ControlSystem(link, plant.description.tags_by_name, writables, options.two_step, tick_s)
     made.holds = lambda: control.hold
     nominal = {f.name: f.severity_nominal for f in plant.description.faults}
     engineer = Engineer(control, process, lambda: Simulated(*made.begin()), nominal)

@@ -1,25 +1,16 @@
 """A simulated run as a plant's history: its samples, and its events, from a moment of the calendar on."""
 
-from typing import Final, final
+from typing import final
 
 import numpy as np
 
-from homeostat.domain.alarm import Priority
-from homeostat.domain.events.people import AlarmRaised
 from homeostat.domain.observation import Observation
 from homeostat.domain.snapshot import Quality, Snapshot
+from homeostat.history.occurrences import occurrence
 from homeostat.history.quality import CODES
 from homeostat.history.samples import Batch
-from homeostat.history.store import HistoryStore, Occurrence
+from homeostat.history.store import HistoryStore
 from homeostat.journal import Event
-from homeostat.journal.encode import canonical, encode_fields
-
-SEVERITIES: Final = {Priority.LOW: 200, Priority.MEDIUM: 400, Priority.HIGH: 700, Priority.CRITICAL: 900}
-"""Priority of an alarm -> its severity (OPC UA Part 9)."""
-ALARM: Final = "alarm"
-"""Kind of an alarm in a history."""
-_EVENT: Final = 1
-"""Severity of what is no alarm."""
 
 
 @final
@@ -38,11 +29,8 @@ class RunHistory:
 
     def hear(self, event: Event, at_s: float, text: str) -> None:
         """Record one event of the run, which ``text`` tells; OSError where there is no room."""
-        kind, source, severity = event.kind, self._plant, _EVENT
-        if isinstance(event, AlarmRaised):
-            kind, source, severity = ALARM, event.alarm, SEVERITIES[event.priority]
-        at_us, details = self._at_us(at_s), canonical(encode_fields(event, event.kind))
-        self._store.record(Occurrence(at_us, at_us, kind, source, severity, text or event.kind, details))
+        at_us = self._at_us(at_s)
+        self._store.record(occurrence(event, self._plant, at_us, at_us, text))
 
     def _batch(self, sample: Snapshot, judged: Snapshot, now_s: float) -> Batch:
         tags = tuple(sample.values)

@@ -14,9 +14,8 @@ _DIGITS: Final = 12
 """Digits of a digest that are shown."""
 
 
-def place(plant: Plant) -> tuple[Setting, ...]:
+def place(folder: Path) -> tuple[Setting, ...]:
     """Where the plant of a run is, for its first event; nothing for an installed one, which has a name everywhere."""
-    folder = plant.files.folder
     return () if folder.parent == INSTALLED else (Setting(FOLDER, str(folder)),)
 
 

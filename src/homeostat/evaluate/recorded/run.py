@@ -112,7 +112,7 @@ def run_started(
     language: Language | None,
 ) -> RunStarted:
     """The first event of a run; ``chosen``: what else was chosen."""
-    configuration = [Setting("configuration", plant.configuration), *place(plant)]
+    configuration = [Setting("configuration", plant.configuration), *place(plant.files.folder)]
     configuration += [Setting(f"made again {name}", "it was older than its sources") for name in plant.remade]
     configuration += [Setting("end_s", scenario.end_s), Setting("seeds", NAMING)]
     if (tick_s := plant.description.timing.tick_s) != TICK_S:

@@ -76,6 +76,10 @@ class Tenure:
             self._note(LeaseTried(self._attempts, not objection, objection), now_s)
         return objection
 
+    def forget(self) -> None:
+        """A person wants the lease: how often it was tried for before has no say in how soon it is tried again."""
+        self._attempts = 0
+
     def retake(self, now_s: float) -> bool:
         """Take a lost lease again: at once and in the ticks that follow, then after waits that double each time.
 
@@ -171,6 +175,7 @@ class Modes:
 
         One that writes takes the lease also where it seems to be held: it may have been lost without a word.
         """
+        self._tenure.forget()
         objection, self._wanted = self._tenure.take(now_s) if mode.writes else "", None
         if not objection:
             self.mode = mode

@@ -9,17 +9,20 @@ from typing import Self, final
 
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.links.errors import LeaseVoid, LinkError
-from homeostat.links.opcua.connection.board import Board, NodeReading
+from homeostat.links.opcua.connection.board import Board, NodeReading, Raw
 from homeostat.links.opcua.connection.keeper import LOOK_S, Keeper
 from homeostat.links.opcua.connection.session import Session
 from homeostat.links.opcua.extra import need_opcua
 from homeostat.links.opcua.mapping import LinkMapping
+from homeostat.links.opcua.reading.process_time import ProcessTime
 from homeostat.links.opcua.reading.samples import Samples
 from homeostat.links.opcua.reading.source import OpcuaSource, finite_pace
 from homeostat.links.opcua.security.security import Security
 from homeostat.links.opcua.writing.wire import OpcuaWire, answer, carry_out
 from homeostat.links.opcua.writing.writes import NodeWrite, Translation, WriteOrder
 
+LATE_S = 2.0
+"""By how much more than two publishing intervals news of the lease may be late, wall-clock [s]."""
 BEAT_S = 1.0
 """Longest wait for a heartbeat to be taken, wall-clock [s]."""
 
@@ -45,9 +48,10 @@ class OpcuaLink:
         guard = mapping.guard
         self._board = Board(guard.counter or guard.time)
         self._keeper = Keeper(mapping.connection, security, self._board, mapping.readable())
-        self.source = OpcuaSource(self._keeper, self._board, mapping, samples, pace)
+        self.source = OpcuaSource(self._keeper, self._board, mapping, samples, ProcessTime(pace, rules.timing))
         """The reading side."""
         self._token, self._epoch, self._beats, self._taken_s = 0, -1, 0, 0.0
+        self._earlier: frozenset[Raw] = frozenset()
 
     @property
     def trouble(self) -> str:
@@ -93,6 +97,8 @@ class OpcuaLink:
             lease = NodeWrite(guard.lease, token, "UInt32")
             self._write(lease, (), epoch, "taking the lease")
             fence = (lease,)
+        shown = self._board.get(guard.lease)
+        self._earlier = frozenset((0, self._token, None if shown is None else shown.value)) - {token}
         self._token, self._epoch, self._taken_s = token, epoch, time.monotonic()
         return OpcuaWire(self._keeper, self._translation, fence, epoch, lambda: self._holds(token))
 
@@ -173,11 +179,19 @@ class OpcuaLink:
             raise LinkError("the plant's operators do not permit writing; they must switch it on at the plant")
 
     def _holds(self, token: int) -> bool:
-        """Whether the plant shows our lease, or has not shown whose it is since we took it."""
+        """Whether the plant shows our lease, or has not shown whose it is since we took it.
+
+        What was shown before, or is nobody's, and comes soon after may have been on its way already: it counts once the
+        plant has shown that the lease is ours.
+        """
         if token != self._token:
             return False
         shown = self._board.get(self._mapping.guard.lease)
-        return shown is None or shown.value == token or shown.received_s < self._taken_s
+        if shown is None or shown.value == token:
+            self._earlier = self._earlier if shown is None else frozenset()
+            return True
+        late_s = 2.0 * self._mapping.connection.publish_s + LATE_S if shown.value in self._earlier else 0.0
+        return shown.received_s < self._taken_s + late_s
 
     def _write(
         self, write: NodeWrite, fence: tuple[NodeWrite, ...], epoch: int, what: str, within_s: float | None = None

@@ -30,11 +30,14 @@ from homeostat.links.opcua.security.security import Security
 from homeostat.plants.wired.guarding import ISSUER
 from homeostat.record.directory import RunDirectory
 from homeostat.recovery.exchange.reading import Reader
-from homeostat.service.attached.place import THINKING, first_event, open_again, past
+from homeostat.service.attached.place import HISTORY, THINKING, first_event, open_again, past
 from homeostat.service.attached.source import SLACK_S, Onward
 from homeostat.service.attached.standing import Standing
 from homeostat.service.attached.status import StatusBoard
 from homeostat.service.doors.door import Behind, Doors
+from homeostat.service.historian.line import HistoryLine
+from homeostat.service.historian.observed import Observed
+from homeostat.service.historian.recording import Recording
 from homeostat.service.order import run_identity
 from homeostat.service.thinking.codec import Hello
 from homeostat.service.thinking.line import Answering, ThinkingLine
@@ -73,6 +76,8 @@ class Attaching:
     """Role -> number of the group that has it beside the owner."""
     key: bytes
     """Key of the release check's seals; thinking is told, and nobody else."""
+    history: Path | None = None
+    """Folder of the history; None where none is kept."""
 
 
 def guard(attaching: Attaching, pulse: int) -> int:
@@ -81,9 +86,16 @@ def guard(attaching: Attaching, pulse: int) -> int:
     ``pulse``: descriptor that takes a byte at each tick.
     """
     stopping: list[str] = []
+    waiting: list[Onward] = []
 
     def stop(number: int, frame: FrameType | None) -> None:
         stopping.append("the service was stopped")
+        for source in waiting:
+            source.stop()
+
+    def alive() -> None:
+        with contextlib.suppress(OSError):
+            os.write(pulse, b".")
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C at the terminal is for whoever started this
     signal.signal(signal.SIGTERM, stop)
@@ -99,10 +111,11 @@ def guard(attaching: Attaching, pulse: int) -> int:
             guarding = _Guarding(attaching, directory, records)
         except (OSError, ValueError) as trouble:
             return _refused(trouble)
+        guarding.source.alive = alive
+        waiting.append(guarding.source)
         while not stopping:
             guarding.tick()
-            with contextlib.suppress(OSError):
-                os.write(pulse, b".")
+            alive()
             if os.getppid() != parent:
                 stopping.append("whoever looked after the guard is gone")
         guarding.stop(stopping[0])
@@ -136,10 +149,12 @@ class _Guarding:
         rules, self._directory = attaching.rules, directory
         self._configuration = rules.configuration
         self._link = link = OpcuaLink(attaching.mapping, rules, attaching.security, attaching.pace)
-        source = Onward(link.source, records[-1].at_s if records else 0.0, attaching.pace)
+        self.source = source = Onward(link.source, records[-1].at_s if records else 0.0, attaching.pace, rules.timing)
+        """What is waited for, tick by tick."""
+        self._tick_s = rules.timing.tick_s
         memory = Memory.of(records) if records else None
         attachment = Attachment(directory.trace, link, Mode.OBSERVE, {ISSUER: attaching.key}, memory, goes_on=False)
-        self._guard = Guard(rules, attachment, attaching.guard)
+        self._guard = Guard(rules, attachment, attaching.guard.for_ticks(rules.timing.tick_s))
         put = self._guard.mailbox.put
         self._reader = Reader(
             source,
@@ -158,6 +173,11 @@ class _Guarding:
         hello = Hello(attaching.key, rules.configuration)
         answering = Answering(put, directory.trace, rules.machine)
         self._thinking = ThinkingLine(attaching.directory / THINKING, hello, answering)
+        self._recording: Recording | None = None
+        if attaching.history is not None:
+            line = HistoryLine(attaching.directory / HISTORY, put)
+            self._recording = Recording(line, Observed(attaching.mapping), rules.plant)
+            directory.trace.subscribe(self._recording.hear)
         self._last: Observation | None = None
         self._await(link)
 
@@ -170,11 +190,13 @@ class _Guarding:
 
     def tick(self) -> None:
         """One tick: a sample or its absence, one decision, and everybody is told."""
-        now_s, sample = self._reader.read(1.0)
+        now_s, sample = self._reader.read(self._tick_s)
         self._standing.look(self._guard.mode)
         self._last = seen = self._guard.tick(now_s, sample)
         self._board.show(seen)
         self._thinking.show(seen)
+        if self._recording is not None and seen.sample is not None:
+            self._recording.see(seen.sample, self._link.readings)
 
     def _raise(self, name: str, cause: str) -> None:
         self._guard.mailbox.put(Trouble(name, cause))
@@ -191,3 +213,5 @@ class _Guarding:
         at_s = 0.0 if self._last is None else self._last.now_s
         self._directory.record(RunFinished(STOPPED, reason), at_s)
         self._directory.close(Summary(1, STOPPED, self._configuration))
+        if self._recording is not None:
+            self._recording.close()

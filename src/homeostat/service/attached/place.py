@@ -18,6 +18,10 @@ ATTACHED: Final = "attached"
 """Name of the setting that tells the journal of an attached plant from a run's."""
 THINKING: Final = "thinking.sock"
 """Socket at which the process that thinks reaches the guard."""
+HISTORY: Final = "history.sock"
+"""Socket at which the process that keeps the history reaches the guard."""
+KEPT: Final = ".history"
+"""Ending of the folder beside the directory in which the history is, unless another one is said."""
 DOORS: Final = {Role.OPERATOR: "operator.sock", Role.ENGINEER: "engineer.sock"}
 """Role -> the socket for it: whoever may open it has the role."""
 LONGEST_PATH: Final = 107
@@ -33,7 +37,7 @@ def hold(directory: Path) -> int:
 
     Raises AttachError where another service has it, or sockets in it would have paths that are too long.
     """
-    longest = max(map(len, (THINKING, *DOORS.values()))) + 1
+    longest = max(map(len, (THINKING, HISTORY, *DOORS.values()))) + 1
     if (size := len(os.fsencode(directory.resolve())) + longest) > LONGEST_PATH:
         raise AttachError(
             f"sockets in {str(directory)!r} would have a path of {size} bytes, {LONGEST_PATH} are possible; "

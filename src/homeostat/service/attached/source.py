@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from typing import final
 
+from homeostat.domain.plant.timing import REFERENCE, Timing
 from homeostat.domain.ports import Source
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LinkError
@@ -22,17 +24,23 @@ class Onward:
     never_blocks = False
     """It waits for the next sample, for a bounded time."""
 
-    def __init__(self, link: Source, after_s: float, pace: float) -> None:
-        """``after_s``: process time at which the journal ends [s]; ``pace``: process seconds per wall-clock second."""
-        self._link, self._pace = link, pace
-        self._now_s, self._offset_s = float(math.ceil(after_s)), 0.0
+    def __init__(self, link: Source, after_s: float, pace: float, timing: Timing = REFERENCE) -> None:
+        """``after_s``: process time at which the journal ends [s]; ``pace``: process seconds per wall-clock second.
+
+        ``timing``: how often the plant is sampled.
+        """
+        self._link, self._pace, self._timing = link, pace, timing
+        self._now_s, self._offset_s = timing.at_s(math.ceil(after_s / timing.tick_s)), 0.0
+        self._stopped = False
+        self.alive: Callable[[], object] = lambda: None
+        """Is called while a sample is waited for, however long that takes."""
         self._synchronised, self._began = False, time.monotonic()
         self._due = time.monotonic()
 
     @property
     def period_s(self) -> float:
         """Wall-clock time between two samples [s]."""
-        return 1.0 / self._pace
+        return self._timing.tick_s / self._pace
 
     @property
     def now_s(self) -> float:
@@ -44,11 +52,16 @@ class Onward:
         """Whether the link was closed."""
         return self._link.ended
 
+    def stop(self) -> None:
+        """Wait for no sample any more."""
+        self._stopped = True
+
     def advance(self) -> Snapshot | None:
         """The next sample; None where none came in time, LinkError where there is no connection."""
         due = max(self._due, time.monotonic())
         sample, trouble = None, None
-        while sample is None:
+        while sample is None and not self._stopped:
+            self.alive()
             try:
                 sample, trouble = self._link.advance(), None
             except LinkError as broken:
@@ -67,7 +80,7 @@ class Onward:
         """``sample`` in the time of the journal, which may have begun before the plant's did."""
         if not self._synchronised:
             self._synchronised = True
-            self._offset_s = 0.0 if sample.at_s > self._now_s else self._now_s + 1.0 - sample.at_s
+            self._offset_s = 0.0 if sample.at_s > self._now_s else self._now_s + self._timing.tick_s - sample.at_s
         self._now_s = sample.at_s + self._offset_s
         if self._offset_s == 0.0:
             return sample
@@ -79,4 +92,4 @@ class Onward:
         if self._synchronised:
             self._now_s = max(self._now_s, self._link.now_s + self._offset_s)
         else:
-            self._now_s += 1.0
+            self._now_s += self._timing.tick_s

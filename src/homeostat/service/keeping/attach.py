@@ -7,6 +7,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Final
@@ -20,6 +21,10 @@ GUARD: Final = Patience(start_s=60.0, quiet_s=20.0, again_s=0.5, most_s=5.0)
 """The guard comes back at once, and at the latest 5 s after it has died again and again."""
 THINKING: Final = Patience(start_s=120.0, quiet_s=30.0, again_s=1.0, most_s=60.0)
 """Thinking has more to load, and steps back where it does not last."""
+HISTORIAN: Final = Patience(start_s=60.0, quiet_s=60.0, again_s=1.0, most_s=30.0)
+"""The historian may wait for a disk, and what the guard has not got rid of meanwhile is kept for ten minutes."""
+TABLES_S: Final = 20.0
+"""Longest that the historian may take to end: it makes tables of its log, or else the next one does [s]."""
 STOP_S: Final = 15.0
 """Longest that the guard may take to end: it gives the lease back, and closes its journal, wall-clock [s]."""
 LOOK_S: Final = 0.05
@@ -54,6 +59,7 @@ def _kept(attaching: Attaching, plant: str, tell: Callable[[str], object]) -> in
     thinking = Minded(
         "thinking", lambda pulse: _think(attaching.directory, plant, attaching.pace, pulse), THINKING, tell
     )
+    history = None if attaching.history is None else Minded("the historian", partial(_keep, attaching), HISTORIAN, tell)
     ready, told = False, 0.0
     try:
         while not stopping:
@@ -69,6 +75,8 @@ def _kept(attaching: Attaching, plant: str, tell: Callable[[str], object]) -> in
                 manager.tell("WATCHDOG=1")
             if ready:
                 thinking.look()
+                if history is not None:
+                    history.look()
             time.sleep(LOOK_S)
         manager.tell("STOPPING=1")
         guarding.end(STOP_S)
@@ -77,11 +85,21 @@ def _kept(attaching: Attaching, plant: str, tell: Callable[[str], object]) -> in
     finally:
         guarding.end(STOP_S)
         thinking.end(0.5)
+        if history is not None:
+            history.end(TABLES_S)
         for number, handler in before.items():
             signal.signal(number, handler)
 
 
 def _think(directory: Path, plant: str, pace: float, pulse: int) -> int:
     """Turn this process into one that thinks; it never returns where that succeeds."""
-    python = [sys.executable, "-m", "homeostat.service.thinking"]
-    os.execv(python[0], [*python, str(directory), plant, repr(pace), str(pulse)])
+    return _become("homeostat.service.thinking", str(directory), plant, repr(pace), str(pulse))
+
+
+def _keep(attaching: Attaching, pulse: int) -> int:
+    """Turn this process into one that keeps the history; it never returns where that succeeds."""
+    return _become("homeostat.service.historian", str(attaching.directory), str(attaching.history), str(pulse))
+
+
+def _become(module: str, *arguments: str) -> int:
+    os.execv(sys.executable, [sys.executable, "-m", module, *arguments])

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Final
 
 from homeostat import __version__
 from homeostat.plants.page.markup import Markup, element, together
 from homeostat.service.report.facts import Facts, Lasting
+from homeostat.service.report.residuals import Followed
 
 _STYLE: Final = """
 :root{color-scheme:light dark} body{font:15px/1.5 system-ui,sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem}
@@ -20,8 +22,11 @@ _ADVICE: Final = (
 )
 
 
-def page(facts: Facts) -> str:
-    """The page of ``facts`` as HTML that is well-formed XML as well; equal facts give equal pages."""
+def page(facts: Facts, followed: Followed | None = None) -> str:
+    """The page of ``facts`` as HTML that is well-formed XML as well; equal facts give equal pages.
+
+    ``followed``: what the twin made of the history; None where there is none.
+    """
     title = f"{facts.plant or 'plant'}: {_span(facts.length_s)} attached"
     head = element("head", element("meta", charset="utf-8"), element("title", title), element("style", Markup(_STYLE)))
     parts = [
@@ -33,14 +38,16 @@ def page(facts: Facts) -> str:
         *_part("Readings that were uncertain", _lasting(facts, facts.uncertain, "Tag"), "None was."),
         *_part("Diagnoses", _diagnosed(facts), "Nothing was diagnosed."),
         *_part("Requests", _asked(facts), "Nothing was asked for."),
+        *_part("Twin against plant", _followed(followed), "There is no history that the twin could follow."),
         *_part("Processes", _rows(("What", "Times"), ((k, str(n)) for k, n in sorted(facts.counts.items()))), "-"),
         element("p", _ADVICE),
     ]  # fmt: skip
     return f"<!DOCTYPE html>\n{element('html', head, element('body', together(parts)), lang='en')}\n"
 
 
-def _part(title: str, table: Markup | None, nothing: str) -> list[Markup]:
-    return [element("h2", title), element("p", nothing) if table is None else table]
+def _part(title: str, table: Markup | list[Markup] | None, nothing: str) -> list[Markup]:
+    found = [element("p", nothing)] if table is None else table if isinstance(table, list) else [table]
+    return [element("h2", title), *found]
 
 
 def _modes(facts: Facts) -> Markup | None:
@@ -75,6 +82,24 @@ def _asked(facts: Facts) -> Markup | None:
         (f"{x.at_s:.0f} s", name, x.proposer, x.status, commands(name), x.reason) for name, x in facts.asked.items()
     )
     return _rows(("When", "Request", "By", "Status", "Commands", "Why no further"), rows)
+
+
+def _followed(followed: Followed | None) -> list[Markup] | None:
+    """A table of residuals by tag; None where there are none."""
+    if followed is None or not followed.residuals:
+        return None
+    head = ("Tag", "Unit", "Plant less twin", "Of its scale", "Between stretches", "Within", "Drift a day")
+    rows = _rows(
+        head,
+        (
+            (r.tag, r.unit, f"{r.mean:+.3g}", f"{100 * r.of_scale:+.0f} %", f"{r.spread:.2g}", f"{r.within:.2g}",
+             "-" if math.isnan(r.drift) else f"{r.drift:+.2g}")
+            for r in followed.residuals
+        ),
+    )  # fmt: skip
+    assert rows is not None, "there are residuals"
+    text = f"The twin followed {followed.stretches} stretches in open loop; {followed.left_out} were left out."
+    return [element("p", text), rows]
 
 
 def _rows(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Markup | None:

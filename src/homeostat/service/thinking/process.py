@@ -73,15 +73,15 @@ class _Heart:
 class _Seen:
     """The last tick that the guard told of."""
 
-    def __init__(self) -> None:
+    def __init__(self, tick_s: float) -> None:
         self.last: Observation | None = None
+        self._settings = GuardSettings().for_ticks(tick_s)
 
     @property
     def seal_s(self) -> float:
         """How long a seal holds at present [s]."""
-        settings = GuardSettings()
         asks = self.last is not None and self.last.mode is Mode.APPROVE
-        return settings.person_s if asks else settings.check_age_s
+        return self._settings.person_s if asks else self._settings.check_age_s
 
 
 def think(thinking: Thinking) -> None:
@@ -90,7 +90,7 @@ def think(thinking: Thinking) -> None:
     heart = _Heart(thinking.pulse)
     plant = load_plant(thinking.plant)
     away = Away(thinking.directory / THINKING, plant.description.machine, lambda: heart.goes_on)
-    seen, exchange = _Seen(), None
+    seen, exchange = _Seen(plant.description.timing.tick_s), None
     for told in away.told():
         if isinstance(told, Hello):
             if told.configuration != plant.configuration:

@@ -25,10 +25,12 @@ class OpcuaSource:
     never_blocks = False
     """It waits for the next sample, for a bounded time."""
 
-    def __init__(self, keeper: Keeper, board: Board, mapping: LinkMapping, samples: Samples, pace: float) -> None:
-        """``pace``: process seconds per wall-clock second."""
+    def __init__(
+        self, keeper: Keeper, board: Board, mapping: LinkMapping, samples: Samples, time_: ProcessTime
+    ) -> None:
+        """``time_``: what time it is at the plant."""
         self._keeper, self._board, self._mapping, self._samples = keeper, board, mapping, samples
-        self._time, self._seen = ProcessTime(pace), 0
+        self._time, self._seen = time_, 0
         self.missed = 0
         """Samples of the plant that came too fast to be read one by one."""
         self.ended = False

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from homeostat.domain.plant.tag import Tag
+from homeostat.domain.plant.timing import TICK_S
 from homeostat.domain.ports import Wire
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
@@ -42,11 +43,16 @@ class ControlSystem:
     """Everything that a served plant has but the wire protocol: nodes by name, what they hold, and what writes do."""
 
     def __init__(
-        self, link: SimulatedLink, tags: Mapping[str, Tag], writable: Mapping[str, bool], two_step: bool = False
+        self,
+        link: SimulatedLink,
+        tags: Mapping[str, Tag],
+        writable: Mapping[str, bool],
+        two_step: bool = False,
+        tick_s: float = TICK_S,
     ) -> None:
         """``writable``: tag that has a block -> whether it may be handed back to a controller.
 
-        ``two_step``: a target must be applied after it was requested.
+        ``two_step``: a target must be applied after it was requested; ``tick_s``: process time between samples [s].
         """
         self.behaviour = Behaviour()
         """What is wrong with it."""
@@ -56,6 +62,8 @@ class ControlSystem:
         """Tag -> its block."""
         self.scale = 1.0
         """Process seconds per wall-clock second; 0 while it goes on by steps only."""
+        self.tick_s = tick_s
+        """Process time between two samples [s]."""
         self._counter = 0
         self.begin(link)
 
@@ -77,7 +85,7 @@ class ControlSystem:
         self.advance()
 
     def advance(self) -> Snapshot:
-        """One second later; the sample."""
+        """One tick later; the sample."""
         sample = self.link.advance()
         self._counter = (self._counter + 1) % 2**32
         known = {tag: v for tag, v in sample.values.items() if tag in self.tags}

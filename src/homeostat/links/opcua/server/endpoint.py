@@ -58,7 +58,7 @@ class Endpoint:
         control.scale = serving.scale
         self._ids: dict[str, ua.NodeId] = {}
         self._shown: dict[str, NodeValue] = {}
-        self._dropped_s = 0.0
+        self._dropped_s, self._showing = 0.0, asyncio.Lock()
 
     async def start(self) -> int:
         """Make the address space and listen; the port."""
@@ -95,7 +95,7 @@ class Endpoint:
         due_s = time.monotonic()
         while True:
             await self._misbehave()
-            now_s, scale = time.monotonic(), self.control.scale
+            now_s, scale = time.monotonic(), self.control.scale / self.control.tick_s
             if scale == 0.0:
                 due_s = now_s
             else:
@@ -114,16 +114,21 @@ class Endpoint:
 
     async def show(self) -> None:
         """Put what the control system holds into the nodes after a sample; the counter last: the rest is there then."""
-        values = self.control.values()
-        for tag in self.control.tags:
-            await self._put(tag, values[tag])
-        await self.show_commanded()
-        await self._put(TIME, values[TIME])
-        if not self.control.behaviour.counter_stands:
-            await self._put(COUNTER, values[COUNTER])
+        async with self._showing:
+            values = self.control.values()
+            for tag in self.control.tags:
+                await self._put(tag, values[tag])
+            await self._put_commanded()
+            await self._put(TIME, values[TIME])
+            if not self.control.behaviour.counter_stands:
+                await self._put(COUNTER, values[COUNTER])
 
     async def show_commanded(self) -> None:
         """Put what blocks and guard hold into the nodes, where it changed."""
+        async with self._showing:  # one at a time, or an older value would be put after a newer one
+            await self._put_commanded()
+
+    async def _put_commanded(self) -> None:
         for name, value in self.control.values().items():
             if name not in self.control.tags and name not in (TIME, COUNTER) and self._shown.get(name) != value:
                 await self._put(name, value)
