@@ -1,0 +1,1 @@
+"""Detectors: which rows of a table of signals are out of the ordinary, by what was learned of fault-free rows."""

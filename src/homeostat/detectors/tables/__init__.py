@@ -1,0 +1,1 @@
+"""Tables of signals: reading them, and whether two belong together."""
