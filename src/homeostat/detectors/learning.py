@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from homeostat.detectors.detector import Detector, Learned, Values
 from homeostat.detectors.error import DetectionError
+from homeostat.detectors.kinds.ewma import Ewma
 from homeostat.detectors.level import levelled, wandering
 from homeostat.detectors.splits import Split, folds, halves
 
 LEAST_ROWS: Final = 60
 """Fewest fault-free rows of a run that is learned from."""
-LEAST_ALARMS: Final = 3.0
+LEAST_ALARMS: Final = 1.0
 """Fewest false alarms among the judged fault-free rows that a limit is read from."""
 _FLOOR: Final = 0.05
 """Least deviation of a signal in a run, as a share of its usual one [1]: some stand still for a while."""
@@ -81,17 +82,29 @@ def _limit(values: Values, false_alarms: float) -> Values:
 
 
 @dataclass(frozen=True, slots=True)
+class Judged:
+    """What is said of each row of a table."""
+
+    scores: Values
+    """How far each detector is on the way to an alarm, shape (rows, detectors) [1]: above 1 it is one."""
+    signals: Values
+    """How far each signal's weighted mean is from its level, shape (rows, signals) [its fault-free limit]."""
+
+
+@dataclass(frozen=True, slots=True)
 class Baseline:
     """What is known of the normal course: which signals wander, how much they move, and where limits lie."""
 
     detectors: tuple[Detector, ...]
-    """What judges."""
+    """What judges, and last what tells which signals it is."""
     wander: NDArray[np.bool_]
     """Signals without a level, shape (signals,)."""
     least: Values
     """Least deviation of each signal, shape (signals,), in its unit."""
     limits: Limits
     """Limits at the stated rate."""
+    blame: Values
+    """Limit of each signal's weighted mean, shape (signals,) [1]."""
     fitted: Fitted | None
     """What judges every table; None where each is judged by its own first rows."""
 
@@ -103,26 +116,29 @@ class Baseline:
 
         ``healthy``: rows at the begin of each table that is judged which are fault-free, and all that it is judged by;
         ``runs`` then say how far a signal departs from what so few rows teach. Raises DetectionError where there are too
-        few rows, or no signal moves.
+        few rows.
         """
         shortest = min(len(run) for run in runs)
         if shortest < LEAST_ROWS:
-            raise DetectionError(f"{shortest} fault-free rows are too few to learn from; at least {LEAST_ROWS} are needed")
+            text = f"{shortest} fault-free rows are too few to learn from"
+            raise DetectionError(f"{text}; at least {LEAST_ROWS} are needed")
         wander = wandering(runs)
         usual = np.sqrt(np.mean([levelled(run, wander).var(axis=0) for run in runs], axis=0))
         least = np.maximum(_FLOOR * usual, 1e-12)
         splits = folds(runs) if healthy is None else halves(runs, healthy)
-        limits = Limits.of(_judged(splits, detectors, wander, least, false_alarms), false_alarms)
-        fitted = Fitted.to(runs, detectors, wander, least) if healthy is None else None
-        return cls(tuple(detectors), wander, least, limits, fitted)
+        together = (*detectors, Ewma())
+        *found, signals = _judged(splits, together, wander, least, false_alarms)
+        fitted = Fitted.to(runs, together, wander, least) if healthy is None else None
+        return cls(together, wander, least, Limits.of(found, false_alarms), _limit(signals, false_alarms), fitted)
 
-    def scores(self, rows: Values, healthy: int | None = None) -> Values:
-        """How far each detector is on the way to an alarm in each of ``rows``, shape (rows, detectors) [1].
+    def judge(self, rows: Values, healthy: int | None = None) -> Judged:
+        """What is said of each of ``rows``, shape (rows, signals).
 
-        ``healthy``: fault-free rows at the begin, where the table is judged by them; they are scored, too.
+        ``healthy``: fault-free rows at the begin, where the table is judged by them; they are judged, too.
         """
         fitted = self.fitted or Fitted.to([rows[:healthy]], self.detectors, self.wander, self.least)
-        return self.limits.scores(fitted.statistics(rows))
+        *found, signals = fitted.statistics(rows)
+        return Judged(self.limits.scores(found), signals / self.blame)
 
 
 def _judged(

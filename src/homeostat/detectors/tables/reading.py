@@ -1,0 +1,150 @@
+"""A table of signals from a file, CSV or Parquet; what is wrong with it is one line."""
+
+import csv
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute
+import pyarrow.csv
+import pyarrow.parquet
+
+from homeostat.detectors.detector import Values
+from homeostat.detectors.error import DetectionError
+from homeostat.detectors.tables.table import SignalTable
+
+MOST_BYTES: Final = 1 << 30
+"""Largest file that is read [byte]."""
+MOST_VALUES: Final = 10_000_000
+"""Most values, rows times signals, that are judged at once."""
+SEPARATORS: Final = ",;\t|"
+"""What may stand between the values of a CSV file: what occurs most in its first line."""
+TIMES: Final = ("time", "times", "datetime", "timestamp", "date", "t", "time_s", "time [s]", "at", "at_s")
+"""Names of a column of times, in small letters."""
+_HEAD: Final = 65_536
+"""Bytes at the begin of a file that say how it is written."""
+
+
+def read_table(path: Path, time: str | None = None, ignored: Sequence[str] = ()) -> SignalTable:
+    """The table in ``path``; ``time``: its column of times, the first that is called so by default.
+
+    Columns ``ignored`` are left out. Raises DetectionError where it is no table of signals, OSError where it cannot be
+    read.
+    """
+    size = path.stat().st_size
+    if size > MOST_BYTES:
+        text = f"{str(path)!r} has {size / 2**30:.1f} GiB; at most {MOST_BYTES / 2**30:.0f} GiB are read"
+        raise DetectionError(f"{text}; cut it into parts or take fewer rows")
+    try:
+        columns = pa.parquet.read_table(path) if path.suffix.lower() in (".parquet", ".pq") else _from_csv(path)
+    except (pa.ArrowException, UnicodeDecodeError, csv.Error) as error:
+        raise DetectionError(f"{str(path)!r} is no table of signals: {' '.join(str(error).split()):.200}") from error
+    return _table(str(path), columns, time, ignored)
+
+
+def _from_csv(path: Path) -> Any:
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+    text = head.decode("utf-8-sig", errors="strict" if len(head) < _HEAD else "ignore")
+    lines = text.splitlines()
+    if not lines or not lines[0].strip():
+        raise DetectionError(f"{str(path)!r} is empty; its first line must name the signals")
+    separator = max(SEPARATORS, key=lines[0].count)
+    sample = lines[1].split(separator) if len(lines) > 1 and separator != "," else []
+    comma = any(cell.count(",") == 1 and cell.replace(",", "").strip(" -+").isdigit() for cell in sample)
+    return pa.csv.read_csv(
+        path,
+        parse_options=pa.csv.ParseOptions(delimiter=separator),
+        convert_options=pa.csv.ConvertOptions(decimal_point="," if comma else "."),
+    )
+
+
+def _table(name: str, columns: Any, time: str | None, ignored: Sequence[str]) -> SignalTable:
+    names = [str(n).strip() for n in columns.schema.names]
+    twice = next((n for n in names if names.count(n) > 1), None)
+    if twice is not None:
+        raise DetectionError(f"{name}: the column {twice!r} is there {names.count(twice)} times; each needs a name of its own")
+    if columns.num_rows < 2:
+        raise DetectionError(f"{name}: {columns.num_rows} rows are no course of signals; at least 2 are needed")
+    if time is not None and time not in names:
+        raise DetectionError(f"{name}: there is no column {time!r} for the times; there are {_listed(names)}")
+    timed = time or next((n for n in names if n.lower() in TIMES), None)
+    kept = [n for n in names if n != timed and n not in ignored]
+    if not kept:
+        raise DetectionError(f"{name}: no column of signals is left; there are {_listed(names)}")
+    if len(kept) * columns.num_rows > MOST_VALUES:
+        text = f"{name}: {columns.num_rows} rows of {len(kept)} signals are more than {MOST_VALUES} values"
+        raise DetectionError(f"{text}; leave signals out with --ignore, or take fewer rows")
+    values = np.stack([_numbers(name, n, columns.column(names.index(n))) for n in kept], axis=1)
+    if timed is None:
+        return SignalTable(name, tuple(kept), np.arange(len(values), dtype=np.float64), values, timed=False)
+    times, start = _times(name, timed, columns.column(names.index(timed)))
+    return SignalTable(name, tuple(kept), times, values, start)
+
+
+def _numbers(name: str, signal: str, column: Any) -> Values:
+    """The numbers of one column, NaN where there is none, shape (rows,)."""
+    kind = column.type
+    if pa.types.is_null(kind):
+        return np.full(len(column), np.nan)
+    if pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind) or pa.types.is_decimal(kind):
+        found: Values = np.asarray(column.cast(pa.float64()).to_numpy(zero_copy_only=False), dtype=np.float64)
+        return found
+    row, text = _first_text(column)
+    remedy = f"leave the column out with --ignore {signal!r}, or name it with --time if it has the times"
+    raise DetectionError(f"{name}: {text!r:.60} in row {row + 1} of {signal!r} is no number; {remedy}")
+
+
+def _first_text(column: Any) -> tuple[int, str]:
+    for row, value in enumerate(column.to_pylist()):
+        if value is None:
+            continue
+        try:
+            float(value)
+        except (TypeError, ValueError):
+            return row, str(value)
+    return 0, str(column[0].as_py())
+
+
+def _times(name: str, column_name: str, column: Any) -> tuple[Values, str]:
+    """Rising times from 0 [s] and the moment of 0; or the numbers as they are, with no moment."""
+    if column.null_count:
+        row = column.to_pylist().index(None)
+        raise DetectionError(f"{name}: row {row + 1} of {column_name!r} has no time; complete it, or cut the row out")
+    start = ""
+    if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
+        column = pa.array(_moments(name, column_name, column.to_pylist()), pa.timestamp("us"))
+    if pa.types.is_date(column.type):
+        column = column.cast(pa.timestamp("us"))
+    if pa.types.is_timestamp(column.type):
+        moments = np.asarray(column.cast(pa.timestamp("us", column.type.tz)).cast(pa.int64()).to_numpy())
+        start = str(np.datetime64(int(moments[0]), "us"))
+        times: Values = (moments - moments[0]) / 1e6
+    else:
+        times = _numbers(name, column_name, column)
+    back = np.flatnonzero(~(np.diff(times) > 0.0))
+    if len(back):
+        row = int(back[0]) + 1
+        text = f"{name}: the time in row {row + 1} of {column_name!r} is not after the one before it"
+        raise DetectionError(f"{text} ({column[row]}); sort the rows, each moment once")
+    return times, start
+
+
+def _moments(name: str, column_name: str, texts: Sequence[str]) -> list[datetime]:
+    found = []
+    for row, text in enumerate(texts):
+        try:
+            moment = datetime.fromisoformat(text.strip())
+        except ValueError:
+            remedy = "write ISO 8601, as 2026-11-25T13:00:00, or seconds, or name another column with --time"
+            raise DetectionError(f"{name}: {text!r:.60} in row {row + 1} of {column_name!r} is no time; {remedy}") from None
+        found.append(moment.replace(tzinfo=None) - (moment.utcoffset() or moment - moment))
+    return found
+
+
+def _listed(names: Sequence[str], most: int = 12) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(map(repr, names[:most])) + more
