@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from homeostat.detectors.detector import Values
 from homeostat.detectors.learning import Judged
 
 LASTING: Final = 6
@@ -39,8 +39,7 @@ class Alarm:
 def alarms(judged: Judged, detectors: Sequence[str], signals: Sequence[str], from_row: int = 0) -> tuple[Alarm, ...]:
     """The alarms from ``from_row`` on, in time order."""
     beyond = judged.scores > 1.0
-    over = beyond.any(axis=1)
-    over[:from_row] = False
+    over = beyond.any(axis=1) & (np.arange(len(beyond)) >= from_row)
     edges = np.flatnonzero(np.diff(np.r_[False, over, False].astype(np.int8)))
     found = []
     for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
@@ -49,7 +48,7 @@ def alarms(judged: Judged, detectors: Sequence[str], signals: Sequence[str], fro
     return tuple(found)
 
 
-def _alarm(judged: Judged, beyond: Values, span: slice, names: tuple[Sequence[str], Sequence[str]]) -> Alarm:
+def _alarm(judged: Judged, beyond: NDArray[np.bool_], span: slice, names: tuple[Sequence[str], Sequence[str]]) -> Alarm:
     counts = beyond[span].sum(axis=0)
     order = [k for k in np.argsort(-counts, kind="stable") if counts[k]]
     means = judged.signals[span].mean(axis=0)

@@ -33,7 +33,7 @@ USUAL: Final = ("ewma", "cva")
 
 
 def detectors(names: Sequence[str], seed: int) -> tuple[Detector, ...]:
-    """The detectors called ``names``, once each; DetectionError where there is none, or where its library is missing."""
+    """The detectors called ``names``, once each; DetectionError where one is unknown, or its library is missing."""
     asked = [name for name in KINDS if _here(name)] if list(names) == [ALL] else list(dict.fromkeys(names))
     for name in asked:
         if name not in KINDS:

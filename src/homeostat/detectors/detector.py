@@ -15,8 +15,8 @@ class Learned(Protocol):
     def statistics(self, rows: Values) -> Values:
         """How strange each row is by each statistic, shape (rows, statistics) [1]: finite, never negative.
 
-        ``rows``: consecutive rows, shape (rows, signals), as a detector learns from. Larger is stranger. What is said of
-        a row depends on it and on rows before it, never on later ones.
+        ``rows``: consecutive rows, shape (rows, signals), as a detector learns from. Larger is stranger. What is said
+        of a row depends on it and on rows before it, never on later ones.
         """
         ...
 

@@ -35,7 +35,9 @@ class Fitted:
     """One for each detector."""
 
     @classmethod
-    def to(cls, runs: Sequence[Values], detectors: Sequence[Detector], wander: NDArray[np.bool_], least: Values) -> Self:
+    def to(
+        cls, runs: Sequence[Values], detectors: Sequence[Detector], wander: NDArray[np.bool_], least: Values
+    ) -> Self:
         """What ``runs`` teach; ``least``: least deviation of each signal, shape (signals,), in its unit."""
         seen = [levelled(run, wander) for run in runs]
         rows = np.concatenate(seen)
@@ -115,8 +117,8 @@ class Baseline:
         """Learn from fault-free ``runs``, each of shape (rows, signals).
 
         ``healthy``: rows at the begin of each table that is judged which are fault-free, and all that it is judged by;
-        ``runs`` then say how far a signal departs from what so few rows teach. Raises DetectionError where there are too
-        few rows.
+        ``runs`` then say how far a signal departs from what so few rows teach. Raises DetectionError where there are
+        too few rows.
         """
         shortest = min(len(run) for run in runs)
         if shortest < LEAST_ROWS:

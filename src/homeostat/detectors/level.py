@@ -26,7 +26,9 @@ def kpss(rows: Values) -> Values:
         weight = 2.0 * (1.0 - lag / (lags + 1.0))
         variance = variance + weight * (errors[lag:] * errors[:-lag]).sum(axis=0) / count
     sums = (np.cumsum(errors, axis=0) ** 2).sum(axis=0) / count**2
-    return np.divide(sums, variance, out=np.zeros_like(sums), where=variance > 1e-12 * (1.0 + rows.mean(axis=0) ** 2))
+    moves = variance > 1e-12 * (1.0 + rows.mean(axis=0) ** 2)
+    statistic: Values = np.divide(sums, variance, out=np.zeros_like(sums), where=moves)
+    return statistic
 
 
 def wandering(runs: Sequence[Values]) -> NDArray[np.bool_]:

@@ -55,7 +55,8 @@ class Course:
     @property
     def over(self) -> NDArray[np.bool_]:
         """Rows beyond the limit, shape (rows,)."""
-        return self.judged.scores.max(axis=1) > 1.0
+        over: NDArray[np.bool_] = self.judged.scores.max(axis=1) > 1.0
+        return over
 
     @property
     def share(self) -> float:
@@ -82,7 +83,10 @@ def watch(
             _refuse_short(table, healthy)
     runs = [t.values for t in fault_free] + ([t.values[:healthy] for t in judged] if healthy is not None else [])
     moving = _moving(judged[0].signals, runs, notice)
-    judged, runs = tuple(t.of(moving) for t in judged), [r[:, [judged[0].signals.index(n) for n in moving]] for r in runs]
+    judged, runs = (
+        tuple(t.of(moving) for t in judged),
+        [r[:, [judged[0].signals.index(n) for n in moving]] for r in runs],
+    )
     baseline = Baseline.of(runs, asked, how.false_alarms, healthy)
     found = []
     for table in judged:

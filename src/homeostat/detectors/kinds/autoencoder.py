@@ -32,9 +32,7 @@ class Autoencoder:
         rows = np.concatenate(runs)
         half, quarter = max(2, rows.shape[1] // 2), max(1, rows.shape[1] // 4)
         layers = (half, quarter, half)
-        network = MLPRegressor(
-            hidden_layer_sizes=layers, activation="tanh", max_iter=SWEEPS, random_state=self._seed
-        )
+        network = MLPRegressor(hidden_layer_sizes=layers, activation="tanh", max_iter=SWEEPS, random_state=self._seed)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)  # it is as good as that many passes make it
             network.fit(rows, rows[:, 0] if rows.shape[1] == 1 else rows)

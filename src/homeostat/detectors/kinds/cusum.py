@@ -13,7 +13,10 @@ SLACK: Final = 0.5
 
 @final
 class Cusum:
-    """One statistic per signal: the larger of its two sums [standard deviations]. It returns slowly after a long fault."""
+    """One statistic per signal: the larger of its two sums [standard deviations].
+
+    It returns slowly after a long fault.
+    """
 
     name = "cusum"
 

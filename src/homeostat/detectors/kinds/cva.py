@@ -10,13 +10,16 @@ from homeostat.detectors.detector import Learned, Values
 LAGS: Final = 3
 """Rows of the past, and of the future."""
 STATES: Final = 25
-"""Most canonical variates that are states; Russell, Chiang and Braatz (2000) find as many in the Tennessee Eastman process."""
+"""Most canonical variates that are states: about as many as Russell, Chiang and Braatz (2000) keep."""
 _RIDGE: Final = 1e-6
 """Least variance in a direction, as a share of the largest [1]."""
 
 
 def past(rows: Values, lags: int = LAGS) -> Values:
-    """Each row beside those before it, newest first, shape (rows, lags * signals); the first row stands for earlier ones."""
+    """Each row beside those before it, newest first, shape (rows, lags * signals).
+
+    The first row stands for earlier ones.
+    """
     early = np.repeat(rows[:1], lags - 1, axis=0)
     padded = np.concatenate([early, rows])
     return np.concatenate([padded[lags - 1 - k : len(padded) - k] for k in range(lags)], axis=1)

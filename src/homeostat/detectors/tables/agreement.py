@@ -39,7 +39,8 @@ def _lacks(first: SignalTable, other: SignalTable, lacking: Sequence[str]) -> st
     alike = [n for n in other.signals if _UNIT.sub("", n) == _UNIT.sub("", name)]
     more = f" and {len(lacking) - 1} more of {first.name}" if len(lacking) > 1 else f" of {first.name}"
     if alike:
-        return f"{other.name} has {alike[0]!r} where {first.name} has {name!r}: the same signal in another unit; convert it"
+        text = f"{other.name} has {alike[0]!r} where {first.name} has {name!r}"
+        return f"{text}: the same signal in another unit; convert it"
     return f"{other.name} lacks the column {name!r}{more}; add it, or leave it out with --ignore {name!r}"
 
 
@@ -57,4 +58,6 @@ def refuse_other_units(table: SignalTable, runs: Sequence[Values]) -> None:
         k = int(outside.argmax())
         text = f"{table.name}: {table.signals[k]!r} is between {low[k]:g} and {high[k]:g}"
         usual = f"the fault-free rows have it between {least[k]:g} and {most[k]:g}"
-        raise DetectionError(f"{text}, {usual}: another unit? Convert it, or leave it out with --ignore {table.signals[k]!r}")
+        raise DetectionError(
+            f"{text}, {usual}: another unit? Convert it, or leave it out with --ignore {table.signals[k]!r}"
+        )

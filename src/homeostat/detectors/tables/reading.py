@@ -66,7 +66,9 @@ def _table(name: str, columns: Any, time: str | None, ignored: Sequence[str]) ->
     names = [str(n).strip() for n in columns.schema.names]
     twice = next((n for n in names if names.count(n) > 1), None)
     if twice is not None:
-        raise DetectionError(f"{name}: the column {twice!r} is there {names.count(twice)} times; each needs a name of its own")
+        raise DetectionError(
+            f"{name}: the column {twice!r} is there {names.count(twice)} times; each needs a name of its own"
+        )
     if columns.num_rows < 2:
         raise DetectionError(f"{name}: {columns.num_rows} rows are no course of signals; at least 2 are needed")
     if time is not None and time not in names:
@@ -90,7 +92,12 @@ def _numbers(name: str, signal: str, column: Any) -> Values:
     kind = column.type
     if pa.types.is_null(kind):
         return np.full(len(column), np.nan)
-    if pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind) or pa.types.is_decimal(kind):
+    if (
+        pa.types.is_integer(kind)
+        or pa.types.is_floating(kind)
+        or pa.types.is_boolean(kind)
+        or pa.types.is_decimal(kind)
+    ):
         found: Values = np.asarray(column.cast(pa.float64()).to_numpy(zero_copy_only=False), dtype=np.float64)
         return found
     row, text = _first_text(column)
@@ -140,7 +147,9 @@ def _moments(name: str, column_name: str, texts: Sequence[str]) -> list[datetime
             moment = datetime.fromisoformat(text.strip())
         except ValueError:
             remedy = "write ISO 8601, as 2026-11-25T13:00:00, or seconds, or name another column with --time"
-            raise DetectionError(f"{name}: {text!r:.60} in row {row + 1} of {column_name!r} is no time; {remedy}") from None
+            raise DetectionError(
+                f"{name}: {text!r:.60} in row {row + 1} of {column_name!r} is no time; {remedy}"
+            ) from None
         found.append(moment.replace(tzinfo=None) - (moment.utcoffset() or moment - moment))
     return found
 

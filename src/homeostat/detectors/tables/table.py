@@ -66,7 +66,9 @@ class SignalTable:
             share, first = float(missing[:, column].mean()), int(missing[:, column].argmax())
             if share > MOST_MISSING:
                 text = f"{self.name}: {name!r} has no value in {share:.1%} of the rows, first in row {first + 1}"
-                raise DetectionError(f"{text}; at most {MOST_MISSING:.0%} may be missing; leave it out with --ignore {name!r}")
+                raise DetectionError(
+                    f"{text}; at most {MOST_MISSING:.0%} may be missing; leave it out with --ignore {name!r}"
+                )
         place = np.where(missing, 0, np.arange(len(values))[:, None])
         latest = np.maximum.accumulate(place, axis=0)
         first_known = np.argmin(missing, axis=0)
