@@ -72,6 +72,7 @@ def _words(error: Exception) -> str:
 
 def _refusals() -> tuple[type[Exception], ...]:
     """Exceptions that say what is wrong with what was asked for, not with the program."""
+    from homeostat.detectors.error import DetectionError
     from homeostat.evaluate.recorded.adoption import AdoptionError
     from homeostat.evaluate.recorded.resumption import ResumptionError
     from homeostat.evaluate.scenario import ScenarioError
@@ -91,7 +92,7 @@ def _refusals() -> tuple[type[Exception], ...]:
 
     of_runs = (BrokenChain, KeyTrouble, OrderError, DecodeError, ResultError, ResumptionError, RunDirectoryError)
     of_plants = (AdoptionError, PlaybookError, StudyError, PlantError, GraphError, ScenarioError)
-    return *of_runs, *of_plants, HistoryError, LinkError, StoreError
+    return *of_runs, *of_plants, DetectionError, HistoryError, LinkError, StoreError
 
 
 @contextlib.contextmanager

@@ -15,9 +15,9 @@ Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
 ENDING = """\
 exit status:
   0  done; a run: the plant recovered, or was rightly left alone
-  1  a problem was found (graph check, plant verify, trace verify, replay), there was nothing to show (prompt), or
-     runs of a study could not be carried out; or an error of the program itself; a run: its result could not be
-     stored, a full disk for example
+  1  a problem was found (graph check, plant verify, trace verify, replay, monitor), there was nothing to show
+     (prompt), or runs of a study could not be carried out; or an error of the program itself; a run: its result
+     could not be stored, a full disk for example
   2  the command cannot be carried out as given; one line on standard error says why
   3  a run: the plant is held, or the fallback acted; an order to a run: refused by its guard; trace verify: nobody
      signed the run, which is in the format from before signatures

@@ -17,7 +17,7 @@ NAMED: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class Alarm:
-    """A stretch of rows in a row that are out of the ordinary."""
+    """A stretch of rows that are out of the ordinary, but for short gaps."""
 
     first: int
     """Its first row, from 0."""
@@ -40,12 +40,21 @@ def alarms(judged: Judged, detectors: Sequence[str], signals: Sequence[str], fro
     """The alarms from ``from_row`` on, in time order."""
     beyond = judged.scores > 1.0
     over = beyond.any(axis=1) & (np.arange(len(beyond)) >= from_row)
+    return tuple(_alarm(judged, beyond, slice(*ends), (detectors, signals)) for ends in _stretches(over))
+
+
+def _stretches(over: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First row and end of each alarm: those that fewer than `LASTING` rows part are one."""
     edges = np.flatnonzero(np.diff(np.r_[False, over, False].astype(np.int8)))
-    found = []
+    joined: list[tuple[int, int]] = []
     for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        if end - first >= LASTING:
-            found.append(_alarm(judged, beyond, slice(first, end), (detectors, signals)))
-    return tuple(found)
+        if end - first < LASTING:
+            continue
+        if joined and first - joined[-1][1] < LASTING:
+            joined[-1] = joined[-1][0], end
+        else:
+            joined.append((first, end))
+    return joined
 
 
 def _alarm(judged: Judged, beyond: NDArray[np.bool_], span: slice, names: tuple[Sequence[str], Sequence[str]]) -> Alarm:
