@@ -35,14 +35,16 @@ def carry_out(options: argparse.Namespace) -> int:
         )
     tables, baselines = ([read(path, options) for path in paths] for paths in (options.tables, options.baseline))
     courses = watch(tables, baselines, how, _notice)
+    if options.out is not None:  # before anything is said: whoever reads it may go away
+        _keep(options.out, dict(zip(kept, courses, strict=True)))
     if options.json:
         told = [_as_json(course) for course in courses]
         print(canonical(encode({"false_alarms": how.false_alarms, "detectors": courses[0].names, "tables": told})))
     else:
         for course in courses:
             _show(course, len(baselines), stated)
-    if options.out is not None:
-        _keep(options.out, dict(zip(kept, courses, strict=True)), quiet=options.json)
+        if options.out is not None:
+            print(printable(f"{options.out}: a picture, and the scores of each row, of each table"))
     return FOUND if any(course.alarms for course in courses) else 0
 
 
@@ -116,7 +118,7 @@ def _refuse_present(paths: Sequence[Path], force: bool) -> None:
         raise UsageError(f"{str(there)!r} is there already; choose another folder, or replace it with --force")
 
 
-def _keep(folder: Path, courses: Mapping[str, Course], quiet: bool) -> None:
+def _keep(folder: Path, courses: Mapping[str, Course]) -> None:
     """Write a picture and the scores of each table."""
     from homeostat.detectors.figure import draw
 
@@ -124,8 +126,6 @@ def _keep(folder: Path, courses: Mapping[str, Course], quiet: bool) -> None:
     for name, course in courses.items():
         write_whole(folder / f"{name}.png", draw(course))
         write_whole(folder / f"{name}.csv", _scores(course).encode())
-        if not quiet:
-            print(printable(f"{folder / name}.png, .csv: a picture, and the scores of each row"))
 
 
 def _scores(course: Course) -> str:
