@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from homeostat.detectors.detector import Detector, Learned, Values
 from homeostat.detectors.error import DetectionError
 from homeostat.detectors.kinds.ewma import Ewma
-from homeostat.detectors.level import levelled, wandering
-from homeostat.detectors.splits import Split, folds, halves
+from homeostat.detectors.level import WANDERS, departures, levelled
+from homeostat.detectors.splits import Split, folds, pairs
 
 LEAST_ROWS: Final = 60
 """Fewest fault-free rows of a run that is learned from."""
@@ -124,10 +124,10 @@ class Baseline:
         if shortest < LEAST_ROWS:
             text = f"{shortest} fault-free rows are too few to learn from"
             raise DetectionError(f"{text}; at least {LEAST_ROWS} are needed")
-        wander = wandering(runs)
+        wander = departures(runs, healthy) > WANDERS
         usual = np.sqrt(np.mean([levelled(run, wander).var(axis=0) for run in runs], axis=0))
         least = np.maximum(_FLOOR * usual, 1e-12)
-        splits = folds(runs) if healthy is None else halves(runs, healthy)
+        splits = folds(runs) if healthy is None else pairs(runs, healthy)
         together = (*detectors, Ewma())
         *found, signals = _judged(splits, together, wander, least, false_alarms)
         fitted = Fitted.to(runs, together, wander, least) if healthy is None else None

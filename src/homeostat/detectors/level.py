@@ -7,33 +7,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.detectors.detector import Values
+from homeostat.detectors.splits import pairs
 
-CRITICAL: Final = 0.739
-"""KPSS statistic above which a level is rejected at 1 % [1] (Kwiatkowski and others, 1992, table 1)."""
+LEVEL: Final = 1.0
+WALK: Final = 5.0
+"""Departure of a signal around a level, and of a random walk [1].
+
+Over n steps the variance of a random walk about its own mean is n/6; the next n rows have 5n/6 about that mean.
+"""
+WANDERS: Final = (LEVEL + WALK) / 2.0
+"""Departure above which a signal has no level [1]."""
 
 
-def kpss(rows: Values) -> Values:
-    """The KPSS statistic of each signal's level, shape (signals,) [1]; 0 where a signal does not move.
+def departures(runs: Sequence[Values], healthy: int | None = None) -> Values:
+    """How far each signal departs from where it was, shape (signals,) [1], averaged over ``runs``, each counting once.
 
-    The long-run variance is Newey and West's, with 12 (n/100)^(1/4) lags: Kwiatkowski, Phillips, Schmidt and Shin,
-    "Testing the null hypothesis of stationarity against the alternative of a unit root" (1992), l12.
+    That is the mean squared distance from the mean of the piece before, over the variance in that piece; pieces are half
+    of ``healthy`` rows long, by default half of a run. Pieces in which a signal stands still say nothing of it; 0 where
+    it never moves.
     """
-    count = len(rows)
-    errors = rows - rows.mean(axis=0)
-    lags = min(int(12.0 * (count / 100.0) ** 0.25), count - 1)
-    variance = (errors**2).mean(axis=0)
-    for lag in range(1, lags + 1):
-        weight = 2.0 * (1.0 - lag / (lags + 1.0))
-        variance = variance + weight * (errors[lag:] * errors[:-lag]).sum(axis=0) / count
-    sums = (np.cumsum(errors, axis=0) ** 2).sum(axis=0) / count**2
-    moves = variance > 1e-12 * (1.0 + rows.mean(axis=0) ** 2)
-    statistic: Values = np.divide(sums, variance, out=np.zeros_like(sums), where=moves)
-    return statistic
+    known = np.stack([_departure(run, healthy) for run in runs])
+    counted = ~np.isnan(known)
+    total: Values = np.where(counted, known, 0.0).sum(axis=0) / np.maximum(counted.sum(axis=0), 1)
+    return total
 
 
-def wandering(runs: Sequence[Values]) -> NDArray[np.bool_]:
-    """Which signals have no level in more than half of the fault-free ``runs``, shape (signals,)."""
-    return np.median([kpss(run) for run in runs], axis=0) > CRITICAL
+def _departure(run: Values, healthy: int | None) -> Values:
+    """The departure of each signal in one run, NaN where it stands still in every piece, shape (signals,)."""
+    total, count = np.zeros(run.shape[1]), np.zeros(run.shape[1])
+    for split in pairs([run], healthy):
+        before, after = split.learned[0], split.judged[split.context :]
+        variance, mean = before.var(axis=0), before.mean(axis=0)
+        moves = variance > 1e-12 * (1.0 + mean**2)
+        distance = ((after - mean) ** 2).mean(axis=0)
+        total += np.divide(distance, variance, out=np.zeros_like(variance), where=moves)
+        count += moves
+    return np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0)
 
 
 def levelled(rows: Values, wander: NDArray[np.bool_]) -> Values:

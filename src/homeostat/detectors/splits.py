@@ -41,17 +41,17 @@ def folds(runs: Sequence[Values]) -> tuple[Split, ...]:
     return tuple(found)
 
 
-def halves(runs: Sequence[Values], healthy: int) -> tuple[Split, ...]:
-    """Pieces of half of ``healthy`` rows, each judged by what the piece before it teaches.
+def pairs(runs: Sequence[Values], healthy: int | None = None) -> tuple[Split, ...]:
+    """Pieces of half of ``healthy`` rows, each judged by what the piece before it teaches; by default half of a run.
 
     That is how a table is judged whose first ``healthy`` rows are all that is known of its normal level.
     """
-    found = [split for run in runs for split in _pairs(run, healthy // 2)]
+    found = [split for run in runs for split in _neighbours(run, (healthy or len(run)) // 2)]
     chosen = np.unique(np.linspace(0, len(found) - 1, min(MOST, len(found))).round().astype(int))
     return tuple(found[k] for k in chosen)
 
 
-def _pairs(run: Values, length: int) -> Iterator[Split]:
+def _neighbours(run: Values, length: int) -> Iterator[Split]:
     context = min(CONTEXT, length)
     for middle in range(length, len(run) - length + 1, length):
         yield Split((run[middle - length : middle],), run[middle - context : middle + length], context)

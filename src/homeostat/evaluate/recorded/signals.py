@@ -83,7 +83,13 @@ def _each(series: Series, at_us: NDArray[np.int64], stale_us: int) -> Values:
 def _table(
     name: str, times: Values, readings: Mapping[str, Values], plant: PlantDescription | None, start: str
 ) -> SignalTable:
-    """The readings and the features of ``plant``, from the first row on in which all of these are known."""
+    """The readings and the features of ``plant``, from the first row on in which all of these are known.
+
+    Tags without any reading are left out: nobody set or measured them.
+    """
+    readings = {tag: values for tag, values in readings.items() if np.isfinite(values).any()}
+    if not readings:
+        raise DetectionError(f"{name}: no tag has any good reading; nothing can be judged")
     features = plant.features if plant is not None else ()
     filters = [FeatureFilter(feature, plant.timing.tick_s) for feature in features] if plant is not None else []
     tags, columns = tuple(readings), np.stack(list(readings.values()), axis=1)
