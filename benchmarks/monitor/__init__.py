@@ -1,0 +1,1 @@
+"""Detectors on real data: SKAB and the Tennessee Eastman recordings of Russell, Chiang and Braatz."""
