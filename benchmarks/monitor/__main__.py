@@ -13,7 +13,7 @@ from benchmarks.monitor.page import write
 from homeostat.detectors.catalogue import KINDS, USUAL
 
 STATED = (0.05, 0.10, 0.135, 0.15)
-"""Rates of false alarms that the usual combination and its first member are asked for on SKAB; the third is Conv-AE's."""
+"""Rates of false alarms that are stated on SKAB; the third is what the best published detector has."""
 HEADLINE = 0.135
 """The rate that the bar is measured at."""
 RATE = 0.01

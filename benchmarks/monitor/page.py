@@ -8,7 +8,7 @@ from pathlib import Path
 from benchmarks.host import commit, measured_on
 from benchmarks.monitor.on_skab import Score
 from benchmarks.monitor.on_tep import Detection
-from benchmarks.monitor.texts import CHOSEN, HEAD, ON_SKAB, ON_TEP, PUBLISHED_MIN, PUBLISHED_SKAB, TRIED
+from benchmarks.monitor.texts import BY_COMMAND, CHOSEN, HEAD, ON_SKAB, ON_TEP, PUBLISHED_MIN, PUBLISHED_SKAB, TRIED
 from benchmarks.unknown.sections import table
 from homeostat.detectors.catalogue import USUAL
 
@@ -96,8 +96,7 @@ def _tep(equal: Mapping[str, Detection], stated: Mapping[str, Detection]) -> str
             table(("detectors", "mean", "before the fault", *idv), rows),
             "Minutes from the onset to the first of six rows in a row beyond the limit:",
             table(("detectors", *idv), delays),
-            "As the command does it: learned from both fault-free recordings, 1 % stated, and what was measured then in\n"
-            "the rows before the faults, from which nothing was learned:",
+            BY_COMMAND,
             table(("detectors", "mean", "false alarms"), by_command),
         )
     )

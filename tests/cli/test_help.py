@@ -13,7 +13,7 @@ from tests.cli.command import COMMAND, environment, homeostat, refused
 
 HEAVY = {
     "numpy", "numba", "pyoxigraph", "pyarrow", "matplotlib", "rich", "rdflib", "pyshacl", "lark", "asyncio", "scipy",
-    "jinja2", "distributed", "dask", "pydantic", "bm25s", "cryptography",
+    "jinja2", "distributed", "dask", "pydantic", "bm25s", "cryptography", "sklearn",
 }  # fmt: skip
 PROBE = """
 import sys
@@ -31,7 +31,7 @@ print(*sorted(name.partition(".")[0] for name in sys.modules), file=sys.stderr)
     [
         (), ("run",), ("campaign",), ("replay",), ("cases",), ("trace",), ("trace", "verify"), ("graph",),
         ("graph", "check"), ("graph", "query"), ("graph", "export"), ("plant",), ("plant", "sign"), ("plant", "doc"),
-        ("approve",), ("mode",), ("resume",), ("history", "show"), ("history", "export"), ("plant", "learn"),
+        ("approve",), ("mode",), ("resume",), ("history", "show"), ("history", "export"), ("plant", "learn"), ("monitor",),
     ],
     ids=" ".join,
 )  # fmt: skip

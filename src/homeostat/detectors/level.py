@@ -22,9 +22,9 @@ WANDERS: Final = (LEVEL + WALK) / 2.0
 def departures(runs: Sequence[Values], healthy: int | None = None) -> Values:
     """How far each signal departs from where it was, shape (signals,) [1], averaged over ``runs``, each counting once.
 
-    That is the mean squared distance from the mean of the piece before, over the variance in that piece; pieces are half
-    of ``healthy`` rows long, by default half of a run. Pieces in which a signal stands still say nothing of it; 0 where
-    it never moves.
+    That is the mean squared distance from the mean of the piece before, over the variance in that piece; pieces are
+    half of ``healthy`` rows long, by default half of a run. Pieces in which a signal stands still say nothing of it; 0
+    where it never moves.
     """
     known = np.stack([_departure(run, healthy) for run in runs])
     counted = ~np.isnan(known)

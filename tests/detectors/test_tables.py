@@ -1,0 +1,164 @@
+"""Tables are read however they are written, and what is wrong with one is one line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from homeostat.detectors.error import DetectionError
+from homeostat.detectors.tables import reading
+from homeostat.detectors.tables.agreement import agreed, refuse_other_units
+from homeostat.detectors.tables.reading import read_table
+from homeostat.detectors.tables.table import SignalTable
+from tests.detectors.tables import NAMES, written
+
+
+def table(path: Path, text: str) -> Path:
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", "|"])
+def test_whatever_separates_the_values(tmp_path: Path, separator: str) -> None:
+    read = read_table(written(tmp_path / "t.csv", 50, separator=separator))
+    assert read.signals == NAMES and read.values.shape == (50, 4) and read.step == 1.0
+    assert read.told(3) == "2026-11-25 13:00:03"
+
+
+def test_decimal_commas(tmp_path: Path) -> None:
+    read = read_table(table(tmp_path / "t.csv", "t;a;b\n0;1,5;-2,25\n1;2,5;3\n"))
+    assert read.values.tolist() == [[1.5, -2.25], [2.5, 3.0]]
+
+
+def test_parquet(tmp_path: Path) -> None:
+    rows = pa.table({"at": [0.0, 0.5, 1.0], "a": [1, 2, 3], "b": [True, False, True]})
+    pq.write_table(rows, tmp_path / "t.parquet")
+    read = read_table(tmp_path / "t.parquet")
+    assert read.values.tolist() == [[1.0, 1.0], [2.0, 0.0], [3.0, 1.0]] and read.step == 0.5 and read.told(1) == "0.5 s"
+
+
+def test_a_byte_order_mark_and_spaces_around_names(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_bytes(b"\xef\xbb\xbftime, a\n0,1\n1,2\n")
+    assert read_table(tmp_path / "t.csv").signals == ("a",)
+
+
+def test_rows_are_counted_where_there_is_no_time(tmp_path: Path) -> None:
+    read = read_table(table(tmp_path / "t.csv", "a,b\n1,2\n3,4\n"))
+    assert not read.timed and read.told(1) == "row 2"
+
+
+def test_times_with_an_offset_are_the_same_moments(tmp_path: Path) -> None:
+    text = "time,a\n2026-01-01T10:00:00+02:00,1\n2026-01-01T08:00:30Z,2\n"
+    assert read_table(table(tmp_path / "t.csv", text)).times.tolist() == [0.0, 30.0]
+
+
+def test_a_column_may_be_ignored_and_another_have_the_times(tmp_path: Path) -> None:
+    text = "time,clock,a,label\nx,0,1,good\ny,60,2,bad\n"
+    read = read_table(table(tmp_path / "t.csv", text), time="clock", ignored=("time", "label"))
+    assert read.signals == ("a",) and read.times.tolist() == [0.0, 60.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "is empty; its first line must name the signals"),
+        ("a,b\n", "0 rows are no course of signals; at least 2"),
+        ("a,b\n1,2\n", "1 rows are no course"),
+        ("time,a\n0,1\n1\n", "is no table of signals: CSV parse error"),
+        ("time,a,a\n0,1,2\n1,2,3\n", "the column 'a' is there 2 times"),
+        ("time,a\n0,1\n1,pump\n", "'pump' in row 2 of 'a' is no number; leave the column out with --ignore 'a'"),
+        ("time\n0\n1\n", "no column of signals is left; there are 'time'"),
+        ("time,a\n0,1\n0,2\n", "the time in row 2 of 'time' is not after the one before it"),
+        ("time,a\n5,1\n3,2\n", "the time in row 2 of 'time' is not after the one before it .*; sort the rows"),
+        (
+            "time,a\n01.03.2026 15:44,1\n02.03.2026 15:44,2\n",
+            "in row 1 of 'time' is no time; write ISO",
+        ),
+        ("time,a\n0,1\n,2\n", "row 2 of 'time' has no time"),
+    ],
+)
+def test_what_is_no_table_is_refused(tmp_path: Path, text: str, words: str) -> None:
+    with pytest.raises(DetectionError, match=words):
+        read_table(table(tmp_path / "bad.csv", text))
+
+
+@pytest.mark.parametrize("content", [b"\x89PNG\r\n\x1a\n\x00\x00\x00\xff", b"\xff\xfe\x00a", b"a,b\n1,\xe9\n2,3\n"])
+def test_what_is_no_text_is_refused(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "t.csv").write_bytes(content)
+    with pytest.raises(DetectionError, match=r"t.csv"):
+        read_table(tmp_path / "t.csv")
+
+
+def test_a_file_that_only_says_that_it_is_parquet_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DetectionError, match=r"is no table of signals"):
+        read_table(table(tmp_path / "t.parquet", "a,b\n1,2\n"))
+
+
+def test_an_unknown_column_of_times_is_named(tmp_path: Path) -> None:
+    with pytest.raises(DetectionError, match=r"there is no column 'when' for the times; there are 'time', 'a'"):
+        read_table(table(tmp_path / "t.csv", "time,a\n0,1\n1,2\n"), time="when")
+
+
+def test_a_file_that_is_too_large_is_not_even_read(tmp_path: Path) -> None:
+    with (tmp_path / "t.csv").open("wb") as file:
+        file.truncate(2 << 30)  # it takes no room: nothing was written
+    with pytest.raises(DetectionError, match=r"has 2.0 GiB; at most 1 GiB are read; cut it"):
+        read_table(tmp_path / "t.csv")
+
+
+def test_too_many_values_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reading, "MOST_VALUES", 100)
+    with pytest.raises(DetectionError, match=r"50 rows of 4 signals are more than 100 values; leave signals out"):
+        read_table(written(tmp_path / "t.csv", 50))
+
+
+def of(values: list[list[float]], *names: str, step: float = 1.0) -> SignalTable:
+    array = np.array(values, dtype=np.float64)
+    return SignalTable("mine", names or ("a",), step * np.arange(len(array)), array)
+
+
+def test_the_last_value_stands_for_a_missing_one() -> None:
+    values = [[np.nan]] + [[float(k)] for k in range(1, 60)]
+    values[10], values[11] = [np.inf], [np.nan]
+    filled = of(values, "a").filled().values[:, 0]
+    assert filled[0] == 1.0 and filled[10] == filled[11] == 9.0 and filled[12] == 12.0
+
+
+def test_too_many_missing_values_are_refused_with_the_first_of_them() -> None:
+    values = [[1.0, float(k)] for k in range(20)]
+    values[4][1] = values[7][1] = np.nan
+    with pytest.raises(DetectionError, match=r"'b' has no value in 10.0% of the rows, first in row 5; at most 5%"):
+        of(values, "a", "b").filled()
+
+
+def test_columns_are_brought_into_the_order_of_the_first() -> None:
+    first, other = of([[1, 2], [3, 4]], "a", "b"), of([[9, 2, 1], [9, 4, 3]], "c", "b", "a")
+    assert agreed([first, other])[1].values.tolist() == first.values.tolist()
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
+        (of([[1], [2]], "a"), "lacks the column 'T .K.' of mine; add it, or leave it out with --ignore 'T .K.'"),
+        (
+            of([[1, 2], [2, 3]], "a", "T [degC]"),
+            "has 'T .degC.' where mine has 'T .K.': .* another unit",
+        ),
+        (of([[1, 2], [2, 3]], "a", "T [K]", step=60.0), "has a row every 60 s, mine every 1 s; bring both to the same"),
+    ],
+)
+def test_tables_that_do_not_belong_together_are_refused(other: SignalTable, words: str) -> None:
+    with pytest.raises(DetectionError, match=words):
+        agreed([of([[1, 2], [2, 3]], "a", "T [K]"), other])
+
+
+def test_a_signal_in_another_unit_is_refused_and_a_fault_is_not() -> None:
+    usual = [np.array([[20.0], [30.0]])]
+    with pytest.raises(DetectionError, match=r"'a' is between 293 and 303.*between 20 and 30: another unit"):
+        refuse_other_units(of([[293.0], [303.0]], "a"), usual)
+    refuse_other_units(of([[25.0], [303.0]], "a"), usual)
+    refuse_other_units(of([[5.0]], "a"), [np.array([[1.0], [1.0]])])
