@@ -13,11 +13,11 @@ WORKERS ?= 2
 PYTEST := $(BIN)/pytest -n $(WORKERS) --dist worksteal
 # Where the quick, the slow and the wide tests are: nothing else is even read.
 QUICK := tests/domain tests/guard tests/journal tests/stl tests/tools tests/cli/test_replay.py
-SLOW := tests/benchmarks tests/cli tests/console tests/docs tests/evaluate tests/guard tests/history tests/journal tests/plants tests/service
+SLOW := tests/benchmarks tests/cli tests/console tests/detectors tests/docs tests/evaluate tests/guard tests/history tests/journal tests/plants tests/service
 WIDE := tests/evaluate tests/history tests/links tests/plants tests/process tests/safety tests/service tests/twin
 SEED := 1
 
-.PHONY: demo test quick slow wide landing full coverage pythons llm campaign console opcua web graph results pages docs lint audit format lock help clean
+.PHONY: demo test quick slow wide landing full coverage pythons llm campaign console monitor opcua web graph results pages docs lint audit format lock help clean
 
 ## demo: a stuck cooling valve on the reactor, from the alarm to the released recovery
 demo: $(VENV)/.base
@@ -69,6 +69,9 @@ opcua: $(VENV)/.opcua
 ## console: what the console needs
 console: $(VENV)/.console
 
+## monitor: what detectors with trees and networks need
+monitor: $(VENV)/.monitor
+
 ## web: the console's page again from its sources in web/; needs node and npm
 web:
 	cd web && npm ci --silent --no-audit --no-fund && npm run --silent check && npm run --silent build
@@ -113,7 +116,8 @@ lock: $(VENV)/.dev
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt -c requirements/llm.txt --extra campaign pyproject.toml -o requirements/campaign.txt
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt -c requirements/llm.txt -c requirements/campaign.txt --extra opcua pyproject.toml -o requirements/opcua.txt
 	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt -c requirements/llm.txt -c requirements/campaign.txt --extra console pyproject.toml -o requirements/console.txt
-	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/llm.txt -c requirements/campaign.txt -c requirements/opcua.txt -c requirements/console.txt --extra llm --extra campaign --extra opcua --extra console --extra dev pyproject.toml -o requirements/dev.txt
+	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/base.txt -c requirements/llm.txt -c requirements/campaign.txt -c requirements/opcua.txt -c requirements/console.txt --extra monitor pyproject.toml -o requirements/monitor.txt
+	$(COMPILE) --upgrade --python-version 3.11 -c requirements/build.txt -c requirements/llm.txt -c requirements/campaign.txt -c requirements/opcua.txt -c requirements/console.txt -c requirements/monitor.txt --extra llm --extra campaign --extra opcua --extra console --extra monitor --extra dev pyproject.toml -o requirements/dev.txt
 	$(COMPILE) --upgrade --python-version 3.11 requirements/rml.in -o requirements/rml.txt
 
 ## help: what there is to make
@@ -155,6 +159,11 @@ $(VENV)/.opcua: $(VENV)/.base requirements/opcua.txt
 $(VENV)/.console: $(VENV)/.base requirements/console.txt
 	@echo "installing what the console needs"
 	@$(INSTALL) -r requirements/console.txt
+	@touch $@
+
+$(VENV)/.monitor: $(VENV)/.base requirements/monitor.txt
+	@echo "installing what detectors with trees and networks need"
+	@$(INSTALL) -r requirements/monitor.txt
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.base requirements/dev.txt

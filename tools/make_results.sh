@@ -10,3 +10,5 @@ cd "$(dirname "$0")/.."
 .venv/bin/python -m benchmarks.campaign_results
 .venv/bin/python -m benchmarks.scale_results
 .venv/bin/python -m benchmarks.unknown --jobs 2
+# Recordings of others, beside the project: see docs/results/monitor.md.
+if [[ -d ../shared/data/skab && -d ../shared/data/tep ]]; then .venv/bin/python -m benchmarks.monitor; fi

@@ -31,7 +31,8 @@ print(*sorted(name.partition(".")[0] for name in sys.modules), file=sys.stderr)
     [
         (), ("run",), ("campaign",), ("replay",), ("cases",), ("trace",), ("trace", "verify"), ("graph",),
         ("graph", "check"), ("graph", "query"), ("graph", "export"), ("plant",), ("plant", "sign"), ("plant", "doc"),
-        ("approve",), ("mode",), ("resume",), ("history", "show"), ("history", "export"), ("plant", "learn"), ("monitor",),
+        ("approve",), ("mode",), ("resume",), ("history", "show"), ("history", "export"), ("plant", "learn"),
+        ("monitor",),
     ],
     ids=" ".join,
 )  # fmt: skip

@@ -57,6 +57,7 @@ def test_json_is_one_object_and_nothing_else(tmp_path: Path, ill: str, well: str
     )
 
 
+@pytest.mark.slow
 def test_pictures_and_scores_are_kept_for_each_table(tmp_path: Path, ill: str, well: str) -> None:
     (tmp_path / "more").mkdir()
     other = str(written(tmp_path / "more" / "ill.csv", 900, seed=3))
@@ -73,6 +74,7 @@ def test_pictures_and_scores_are_kept_for_each_table(tmp_path: Path, ill: str, w
     assert homeostat("monitor", ill, other, "--baseline", well, "--out", "found", "--force", cwd=tmp_path).status == 1
 
 
+@pytest.mark.slow
 def test_whoever_stops_reading_loses_nothing_that_is_kept(tmp_path: Path, ill: str, well: str) -> None:
     command = [*COMMAND, "monitor", ill, "--baseline", well, "--out", "kept"]
     with subprocess.Popen(command, cwd=tmp_path, env=environment(), stdout=PIPE, stderr=PIPE) as running:

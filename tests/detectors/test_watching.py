@@ -106,6 +106,7 @@ def test_a_short_gap_does_not_part_an_alarm() -> None:
     assert [(a.first, a.last) for a in alarms(judged(scores), ["ewma"], ["a"])] == [(0, 20), (27, 34)]
 
 
+@pytest.mark.slow
 def test_the_picture_has_the_signals_of_the_alarms_first(fault_free: SignalTable, faulty: SignalTable) -> None:
     named = replace(faulty, name="pump $x_1$.csv")
     (course,) = watch([named], [fault_free], Watching())
