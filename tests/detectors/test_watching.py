@@ -118,3 +118,16 @@ def test_the_picture_has_the_signals_of_the_alarms_first(fault_free: SignalTable
 def test_equal_tables_are_judged_equally(fault_free: SignalTable, faulty: SignalTable) -> None:
     (first,), (second,) = (watch([faulty], [fault_free], Watching()) for _ in range(2))
     assert np.array_equal(first.judged.scores, second.judged.scores) and first.alarms == second.alarms
+
+
+def test_too_many_signals_are_refused() -> None:
+    many = SignalTable("wide", tuple(f"s{k}" for k in range(1_001)), np.arange(200.0), np.zeros((200, 1_001)))
+    with pytest.raises(DetectionError, match=r"wide has 1001 signals; at most 1000"):
+        watch([many], [], Watching())
+
+
+def test_values_that_nobody_measured_do_no_harm(fault_free: SignalTable, faulty: SignalTable) -> None:
+    values = faulty.values.copy()
+    values[100, 0], values[110, 1], values[120, 2] = 1e308, -np.inf, 1e90
+    (course,) = watch([replace(faulty, values=values)], [fault_free], Watching())
+    assert np.isfinite(course.judged.scores).all() and course.over[120] and not course.over[100]

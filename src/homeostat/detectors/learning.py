@@ -17,6 +17,8 @@ LEAST_ROWS: Final = 60
 """Fewest fault-free rows of a run that is learned from."""
 LEAST_ALARMS: Final = 1.0
 """Fewest false alarms among the judged fault-free rows that a limit is read from."""
+FARTHEST: Final = 1e6
+"""Deviations beyond which a signal is no farther away [1]."""
 _FLOOR: Final = 0.05
 """Least deviation of a signal in a run, as a share of its usual one [1]: some stand still for a while."""
 
@@ -47,7 +49,7 @@ class Fitted:
 
     def statistics(self, rows: Values) -> tuple[Values, ...]:
         """For each detector its statistics of ``rows``, each of shape (rows, statistics)."""
-        scaled = (levelled(rows, self.wander) - self.centre) / self.deviation
+        scaled = np.clip((levelled(rows, self.wander) - self.centre) / self.deviation, -FARTHEST, FARTHEST)
         return tuple(learned.statistics(scaled) for learned in self.learned)
 
 

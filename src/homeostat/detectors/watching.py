@@ -19,6 +19,8 @@ FALSE_ALARMS: Final = 0.01
 """Share of fault-free rows that may be beyond a limit, unless another is stated [1]."""
 SEED: Final = 1
 """Seed of what a detector draws, unless another is stated."""
+MOST_SIGNALS: Final = 1000
+"""Most signals of a table."""
 _SHARE: Final = 3
 """Without any other fault-free rows, one row of so many at the begin of a table is taken to be fault-free."""
 
@@ -74,6 +76,9 @@ def watch(
 
     ``notice`` is told what is left out. Raises DetectionError where they cannot be judged.
     """
+    if len(tables[0].signals) > MOST_SIGNALS:
+        text = f"{tables[0].name} has {len(tables[0].signals)} signals; at most {MOST_SIGNALS} are judged together"
+        raise DetectionError(f"{text}; leave some out with --ignore, or cut the table")
     asked = detectors(how.detectors, how.seed)
     names = tuple(detector.name for detector in asked)
     judged, fault_free = _prepared(tables, baselines)

@@ -28,10 +28,11 @@ class Cusum:
 @final
 class _Sums:
     def statistics(self, rows: Values) -> Values:
-        found = np.empty_like(rows)
-        up, down = np.zeros(rows.shape[1]), np.zeros(rows.shape[1])
-        for k, row in enumerate(rows):
-            up = np.maximum(0.0, up + row - SLACK)
-            down = np.maximum(0.0, down - row - SLACK)
-            found[k] = np.maximum(up, down)
-        return found
+        return np.maximum(_above(rows - SLACK), _above(-rows - SLACK))
+
+
+def _above(steps: Values) -> Values:
+    """Sums of ``steps`` that are never below zero: how far each sum is above the least one before it, or zero."""
+    sums = np.cumsum(steps, axis=0)
+    above: Values = sums - np.minimum(np.minimum.accumulate(sums, axis=0), 0.0)
+    return above

@@ -11,16 +11,23 @@ WEIGHT: Final = 0.2
 """Share of the newest row in the mean [1]: the usual value for small shifts (Lucas and Saccucci, 1990)."""
 SETTLED: Final = 20
 """Rows after which the mean has forgotten that it began at zero."""
+_BLOCK: Final = 64
+"""Rows whose means are computed at once."""
 _LEAST: Final = 1e-3
 """Least wandering of a mean [standard deviations of the signal]."""
 
 
 def weighted_means(rows: Values, weight: float = WEIGHT) -> Values:
     """Exponentially weighted means of ``rows``, from zero on, shape (rows, signals), in the unit of the rows."""
+    lags = np.arange(_BLOCK)
+    kernel = np.tril(weight * (1.0 - weight) ** np.abs(lags[:, None] - lags))
+    faded = (1.0 - weight) ** (lags + 1.0)
     means, mean = np.empty_like(rows), np.zeros(rows.shape[1])
-    for k, row in enumerate(rows):
-        mean = mean + weight * (row - mean)
-        means[k] = mean
+    for first in range(0, len(rows), _BLOCK):
+        block = rows[first : first + _BLOCK]
+        count = len(block)
+        means[first : first + count] = kernel[:count, :count] @ block + faded[:count, None] * mean
+        mean = means[first + count - 1]
     return means
 
 

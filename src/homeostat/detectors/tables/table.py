@@ -12,6 +12,9 @@ from homeostat.detectors.error import DetectionError
 MOST_MISSING: Final = 0.05
 """Largest share of a signal's rows without a value [1]; the last value stands for them."""
 
+NO_MEASUREMENT: Final = 1e100
+"""What is as large, in whatever unit, was not measured: it counts as missing."""
+
 
 @dataclass(frozen=True, slots=True)
 class SignalTable:
@@ -58,7 +61,7 @@ class SignalTable:
 
         Raises DetectionError where more than `MOST_MISSING` of a signal is missing.
         """
-        values = np.where(np.isfinite(self.values), self.values, np.nan)
+        values = np.where(np.abs(self.values) < NO_MEASUREMENT, self.values, np.nan)
         missing = np.isnan(values)
         if not missing.any():
             return self
