@@ -46,8 +46,7 @@ PUBLISHED_MIN: Final = {
 """Statistic -> disturbance -> delay [min], Russell, Chiang and Braatz (2000); not checked against the print."""
 
 BY_COMMAND: Final = """As the command does it: learned from both fault-free recordings, 1 % stated, and what was
-measured then in the rows
-before the faults, from which nothing was learned:"""
+measured then in the rows before the faults, from which nothing was learned:"""
 
 CHOSEN: Final = """## How the numbers inside were chosen
 
