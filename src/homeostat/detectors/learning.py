@@ -90,7 +90,7 @@ class Judged:
     """What is said of each row of a table."""
 
     scores: Values
-    """How far each detector is on the way to an alarm, shape (rows, detectors) [1]: above 1 it is one."""
+    """How far each detector is on the way to an alarm, which is at 1, shape (rows, detectors) [1]."""
     signals: Values
     """How far each signal's weighted mean is from its level, shape (rows, signals) [its fault-free limit]."""
 
