@@ -1,5 +1,6 @@
 // The card of an episode: four answers first, then everything that they stand on.
 
+import { Bands, TimeLeft } from "./foresight";
 import { FeatureChart } from "./trends";
 import type { Card, Margin, Moment, Move, Proposal, Run } from "./told";
 import { amount, moment, percent, signed, span } from "./words";
@@ -111,7 +112,8 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
         <h2 class="question">How long is left</h2>
         {left !== null ? <><p class="big">{span(left)}</p><p>Then fallback ‘{o?.fallback}’ acts, at {moment(o!.act_by_s!)}.</p></>
           : <p class="big quiet">No deadline</p>}
-        {card.alone && <p>If nothing is done: {card.alone}</p>}
+        <TimeLeft card={card} at={now.at_s} />
+        {card.alone && !card.foresight && <p>If nothing is done: {card.alone}</p>}
       </div>
     </div>
   );
@@ -173,6 +175,7 @@ export function EpisodeCard({ run, now, decision }: { run: Run; now: Moment; dec
         {p.moves.length > 0 && <Moves moves={p.moves} />}
         {p.later.map((s, k) => <div key={k} class="step"><p>Then, when <code>{s.guard}</code>: {s.state}</p><Moves moves={s.moves} /></div>)}
         <Margins proposal={p} /></div>}
+      <Bands run={run} card={card} at={now.at_s} />
       {card.acted.map((a) => <div class="part wide" key={a.at_s}><h2>■ Fallback ‘{a.strategy}’ at {moment(a.at_s)}</h2><p>{a.reason}</p><Moves moves={a.moves} /></div>)}
       <div class="part"><h2>What may be wrong{card.diagnosed_s !== null && <span class="quiet"> judged at {moment(card.diagnosed_s)}</span>}</h2>
         {card.explanations.length ? <Explanations card={card} /> : <p>Nothing was diagnosed.</p>}</div>

@@ -43,10 +43,17 @@ export interface Margin {
   scaled: number; hard: boolean; actual: number | null; actual_at_s: number | null;
 }
 export interface Certificate { draws: number; violations: number; bound: number; level: number }
+export interface Reached { limit: string; members: number; probability: number; earliest_s: number; middle_s: number; latest_s: number }
+export interface Foreseen {
+  digest: string; from_s: number; length_s: number; members: number; ends_s: number[];
+  bands: { tag: string; low: number[]; high: number[] }[]; first: Reached | null; reached: Reached[]; note: string;
+}
+export interface Foresight { told: Foreseen; limit: string }
 export interface Proposal {
   what: string; digest: string; proposer: string; at_s: number; status: string; released_s: number | null;
   seconds: number; path: string[]; moves: Move[]; later: Later[]; reasons: string[]; approved: boolean;
   members: number; margins: Margin[]; checks: number; certificate: Certificate | null;
+  foresight: Foresight | null; beside: Foresight | null;
 }
 export interface LetBe { at_s: number; state: string; margin: number }
 export interface Choice {
@@ -56,7 +63,7 @@ export interface Refusal { at_s: number; what: string; why: string }
 export interface Acted { at_s: number; strategy: string; reason: string; moves: Move[]; stands: boolean }
 export interface Card {
   since_s: number; over_s: number | null; headline: string; probability: number | null; diagnosed_s: number | null;
-  seen: Symptom[]; explanations: Explanation[]; alone: string; let_be: LetBe | null; proposal: Proposal | null; currency: string;
+  seen: Symptom[]; explanations: Explanation[]; alone: string; foresight: Foresight | null; let_be: LetBe | null; proposal: Proposal | null; currency: string;
   compared_s: number | null; choices: Choice[]; refused: Refusal[]; acted: Acted[]; notes: string[];
 }
 export interface Moment {

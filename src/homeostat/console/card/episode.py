@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Final, TypeVar
 
 from homeostat.console.card.card import Acted, Card, Choice, Explanation, LetBe, Refusal, Seen
+from homeostat.console.card.foresight import alone
 from homeostat.console.card.proposal import moves, proposal, state_label
 from homeostat.console.opened import KnownPlant
 from homeostat.console.readings import Readings
@@ -126,6 +127,7 @@ def card(record: RunRecord, plant: KnownPlant, readings: Readings | None, at_s: 
         seen=seen,
         explanations=explanations,
         alone=_alone(compared, known),
+        foresight=alone(episode.entries, known),
         proposal=proposal(record, episode.entries, plant, readings, at_s),
         let_be=_let_be(episode, known),
         currency="" if compared is None else compared[1].currency,

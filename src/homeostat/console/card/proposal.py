@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from homeostat.console.card.card import LaterMoves, Move, PredictedMargin, Proposal
+from homeostat.console.card.foresight import beside, with_actions
 from homeostat.console.opened import KnownPlant
 from homeostat.console.readings import Readings, Values
 from homeostat.console.situation import situation
@@ -73,6 +74,8 @@ def proposal(
         margins=margins,
         checks=sum(f.criterion not in limits for f in tried.findings),
         certificate=told[-1].certificate if told else None,
+        foresight=with_actions(entries, digest, known),
+        beside=beside(entries, digest, known),
     )
 
 
