@@ -2,6 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import uPlot from "uplot";
+import { isKept } from "./kept";
 import { colour, DASHES } from "./trends";
 import { ask, type Run, type Trend } from "./told";
 import { moment, span } from "./words";
@@ -110,7 +111,7 @@ export function Explorer({ run, at, theme }: { run: Run; at: number; theme: stri
       <p class="choice">{([["10 min", 600], ["1 h", 3600], ["8 h", 28800], ["all", 1e9]] as [string, number][]).map(([name, s]) => <button type="button" key={name} onClick={() => move(at - s, at)}>{name}</button>)}
         <button type="button" onClick={() => pan(-0.5)} aria-label="Back">←</button><button type="button" onClick={() => pan(0.5)} aria-label="On">→</button>
         <button type="button" onClick={() => zoom(0.5)} aria-label="Zoom in">+</button><button type="button" onClick={() => zoom(2)} aria-label="Zoom out">−</button>
-        <a class="button" href={`/api/readings.csv?${csv}`} download="readings.csv">Export (CSV)</a>
+        {!isKept() && <a class="button" href={`/api/readings.csv?${csv}`} download="readings.csv">Export (CSV)</a>}
         <button type="button" onClick={() => chart.current && picture(chart.current, "trend.png")}>Picture (PNG)</button></p>
       {failed && <p class="warn" role="alert">△ {failed}</p>}
       <div ref={box} class="plot" tabIndex={0} role="application" aria-label="Trend: arrows pan, plus and minus zoom" onWheel={wheel}

@@ -14,6 +14,7 @@ import { Flowsheet, Indicators } from "./plant";
 import { SPEEDS, usePlayer, type Player } from "./player";
 import { Decision, OrderDialog, Orders, approving, mayOrder, offered, rejecting, type Asked } from "./orders";
 import { SignIn, Who } from "./people";
+import { isKept, load } from "./kept";
 import { ask, Refused, type Line, type Me, type Run } from "./told";
 import { TrendChart } from "./trends";
 import { moment, span } from "./words";
@@ -144,7 +145,7 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
       <Transport run={run} player={player} theme={theme} turn={turn} />
       <nav class="views" aria-label="Views">{VIEWS.filter(([name]) => name !== "trends" || run.measured).map(([name, text, key]) => (
         <button type="button" key={name} aria-pressed={view === name} title={key} onClick={() => show(name)}>{text}{name === "alarms" && now.overview?.folded.length ? ` (${now.overview.folded.length})` : ""}</button>))}</nav>
-      {run.notice && <p class={run.live ? "notice calm" : "notice"} role="status">{run.live ? "" : "△ "}{run.notice}</p>}
+      {run.notice && <p class={run.live || isKept() ? "notice calm" : "notice"} role="status">{run.live || isKept() ? "" : "△ "}{run.notice}</p>}
       {helped && <p class="notice">Space: play or pause. ← →: 10 s, with Shift 60 s. Home, End. + −: speed. e: first symptom. t: theme. a: approve, r: reject. 1 card, 2 readings, 3 trends, 4 plant, 5 events. 6 alarms, 7 trends of any tags, 8 journal, 0 back.</p>}
       <main class={`${run.measured && view === "plant" ? "" : "single"} ${now.fresh?.old || player.silent_s || player.lost ? "old" : ""}`}>
         {view === "alarms" && <Alarms now={now} me={me} order={order} />}
@@ -172,4 +173,4 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
   );
 }
 
-render(<App />, document.body);
+void load().then(() => render(<App />, document.body), () => { document.body.textContent = "■ What is kept in this file cannot be read."; });
