@@ -1,6 +1,6 @@
 // The card of an episode: four answers first, then everything that they stand on.
 
-import { Bands, TimeLeft } from "./foresight";
+import { Bands, TimeLeft, shownOf } from "./foresight";
 import { FeatureChart } from "./trends";
 import type { Card, Margin, Moment, Move, Proposal, Run } from "./told";
 import { amount, moment, percent, signed, span } from "./words";
@@ -13,7 +13,7 @@ function target(value: number | null, unit: string): string {
   return value === null ? "automatic" : amount(value, unit);
 }
 
-function Moves({ moves }: { moves: Move[] }) {
+export function Moves({ moves }: { moves: Move[] }) {
   const changed = moves.filter(moved), kept = moves.filter((m) => !moved(m));
   return (
     <>
@@ -55,7 +55,7 @@ function MarginRow({ m, most, compared }: { m: Margin; most: number; compared: b
   );
 }
 
-function Margins({ proposal }: { proposal: Proposal }) {
+export function Margins({ proposal }: { proposal: Pick<Proposal, "margins" | "members" | "checks"> }) {
   if (!proposal.margins.length) return null;
   const most = Math.max(1, ...proposal.margins.map((m) => Math.min(5, Math.abs(m.scaled))));
   const compared = proposal.margins.some((m) => m.actual !== null);
@@ -175,7 +175,7 @@ export function EpisodeCard({ run, now, decision }: { run: Run; now: Moment; dec
         {p.moves.length > 0 && <Moves moves={p.moves} />}
         {p.later.map((s, k) => <div key={k} class="step"><p>Then, when <code>{s.guard}</code>: {s.state}</p><Moves moves={s.moves} /></div>)}
         <Margins proposal={p} /></div>}
-      <Bands run={run} card={card} at={now.at_s} />
+      <Bands run={run} shown={shownOf(card, now.at_s)} />
       {card.acted.map((a) => <div class="part wide" key={a.at_s}><h2>■ Fallback ‘{a.strategy}’ at {moment(a.at_s)}</h2><p>{a.reason}</p><Moves moves={a.moves} /></div>)}
       <div class="part"><h2>What may be wrong{card.diagnosed_s !== null && <span class="quiet"> judged at {moment(card.diagnosed_s)}</span>}</h2>
         {card.explanations.length ? <Explanations card={card} /> : <p>Nothing was diagnosed.</p>}</div>

@@ -1,7 +1,7 @@
 // What the twin foresees: time to the first limit, and between what every limited tag stays, with the proposal and without.
 
 import { useEffect, useState } from "preact/hooks";
-import { ask, type Card, type Foreseen, type Run, type Tag, type Trend } from "./told";
+import { ask, type Card, type Foreseen, type Margin, type Run, type Tag, type Trend } from "./told";
 import { amount, moment, percent, signed, span } from "./words";
 
 export function TimeLeft({ card, at }: { card: Card; at: number }) {
@@ -51,17 +51,17 @@ function useReadings(run: Run, tag: string, from: number, to: number): Trend | n
   return told;
 }
 
-function TagBand({ run, tag, card, at }: { run: Run; tag: Tag; card: Card; at: number }) {
-  const p = card.proposal, mine = p?.foresight?.told, other = (mine ? p?.beside : card.foresight)?.told;
-  const main = mine ?? other!;
+export interface Shown { mine?: Foreseen; other?: Foreseen; margins: Margin[]; released: boolean; at: number }
+
+function TagBand({ run, tag, shown }: { run: Run; tag: Tag; shown: Shown }) {
+  const { mine, other, released, at } = shown, main = (mine ?? other)!;
   const bandOf = (told?: Foreseen) => told?.bands.find((b) => b.tag === tag.name);
   const a = bandOf(mine), b = bandOf(other);
-  const released = p?.released_s ?? null;
-  const read = useReadings(run, tag.name, main.from_s, mine && released === null ? main.from_s : Math.min(at, main.from_s + main.length_s));
+  const read = useReadings(run, tag.name, main.from_s, mine && !released ? main.from_s : Math.min(at, main.from_s + main.length_s));
   const line = read ? read.times_s.map((s, k) => [s - main.from_s, read.series[0]?.[1][k] ?? null] as const).filter((q): q is readonly [number, number] => q[1] !== null) : [];
   const d = drawing(tag, main.length_s, [...(a ? [...a.low, ...a.high] : []), ...(b ? [...b.low, ...b.high] : []), ...line.map((q) => q[1])]);
   const limits = tag.limits.filter((l) => l.value > d.low && l.value < d.high);
-  const worst = p?.margins.filter((m) => tag.limits.some((l) => l.name === m.name)).sort((m, n) => m.scaled - n.scaled)[0];
+  const worst = shown.margins.filter((m) => tag.limits.some((l) => l.name === m.name)).sort((m, n) => m.scaled - n.scaled)[0];
   const said = `${tag.name}: ${a ? `with the proposal from ${amount(Math.min(...a.low), tag.unit)} to ${amount(Math.max(...a.high), tag.unit)}` : ""}${a && b ? ", " : ""}${b ? `if nothing is done from ${amount(Math.min(...b.low), tag.unit)} to ${amount(Math.max(...b.high), tag.unit)}` : ""}`;
   return (
     <figure class="band">
@@ -81,16 +81,21 @@ function TagBand({ run, tag, card, at }: { run: Run; tag: Tag; card: Card; at: n
   );
 }
 
-export function Bands({ run, card, at }: { run: Run; card: Card; at: number }) {
-  const mine = card.proposal?.foresight?.told, told = mine ?? card.foresight?.told;
+export function Bands({ run, shown }: { run: Run; shown: Shown }) {
+  const { mine, other } = shown, told = mine?.members ? mine : other;
   if (!told?.members) return null;
   const known = new Set(told.bands.map((b) => b.tag));
   const tags = run.tags.filter((t) => t.limits.length > 0 && known.has(t.name));
   if (!tags.length) return null;
   return (
     <div class="part wide"><h2>What is foreseen <span class="quiet">from {moment(told.from_s)} on, {told.members} members of the twin</span></h2>
-      <div class="bands">{tags.map((t) => <TagBand key={t.name} run={run} tag={t} card={card} at={at} />)}</div>
-      <p class="legend">{mine && <><span class="key with" /> with the proposal  </>}<span class="key without" /> if nothing is done  <span class="key limit" /> limit  {card.proposal?.released_s != null && "line: readings since"}</p>
+      <div class="bands">{tags.map((t) => <TagBand key={t.name} run={run} tag={t} shown={shown} />)}</div>
+      <p class="legend">{mine && <><span class="key with" /> {shown.released ? "with what was released" : "with these commands"}  </>}<span class="key without" /> if nothing is done  <span class="key limit" /> limit  {shown.released && "line: readings since"}</p>
       <p class="quiet">Between what all members stay; true values as the twin has them, which a wrong instrument does not show.</p></div>
   );
+}
+
+export function shownOf(card: Card, at: number): Shown {
+  const p = card.proposal, mine = p?.foresight?.told;
+  return { mine, other: (mine ? p?.beside : card.foresight)?.told, margins: p?.margins ?? [], released: p?.released_s != null, at };
 }

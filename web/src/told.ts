@@ -51,6 +51,12 @@ export interface Foreseen {
   bands: { tag: string; low: number[]; high: number[] }[]; first: Reached | null; reached: Reached[]; note: string;
 }
 export interface Foresight { told: Foreseen; limit: string }
+export interface Setpoint { tag: string; text: string; unit: string; low: number; high: number; design: number | null; now: number | null }
+export interface Option { state: string; label: string; setpoints: Setpoint[] }
+export interface Tried {
+  at_s: number; state: string; moves: Move[]; approved: boolean; objections: string[]; margins: Margin[]; foresight: Foresight; beside: Foresight;
+  cost: number | null; cost_alone: number | null; currency: string; assumed: [string, number][]; learnt_s: number;
+}
 export interface Proposal {
   what: string; digest: string; proposer: string; at_s: number; status: string; released_s: number | null;
   seconds: number; path: string[]; moves: Move[]; later: Later[]; reasons: string[]; approved: boolean;
@@ -109,7 +115,7 @@ async function answered<T>(path: string, init?: RequestInit): Promise<T> {
 export async function send<T>(method: "POST" | "DELETE", path: string, content: object, token: string | null): Promise<T> {
   const headers: Record<string, string> = { "Content-Type": "application/json" };
   if (token) headers["X-Homeostat-Token"] = token;
-  return answered<T>(path, { method, headers, body: JSON.stringify(content), signal: AbortSignal.timeout(30_000) });
+  return answered<T>(path, { method, headers, body: JSON.stringify(content), signal: AbortSignal.timeout(90_000) });
 }
 
 export async function ask<T>(path: string, query: Record<string, string | number | string[]> = {}): Promise<T> {

@@ -89,6 +89,7 @@ def known_plant(plant: Plant, notice: str = "") -> KnownPlant:
         panels=plant.panels,
         horizon_s=plant.twin.horizon_s,
         notice=notice,
+        folder=str(plant.files.folder),
     )
 
 

@@ -194,12 +194,12 @@ def _explanation(held: FaultProbability, seen: Sequence[Seen], plant: PlantDescr
         others = tuple(s.text for s in seen if s.rule not in {rule.name for rule in indicating})
     modes = {mode.name: mode for mode in plant.fault_modes}
     components = {modes[name].component for name in names if name in modes}
-    text, sized = _worded(held, plant)
+    text, sized = worded(held, plant)
     where = ", ".join(sorted(components))
     return Explanation(held.name, text, sized, held.probability, where, supports, lacks, others)
 
 
-def _worded(held: FaultProbability, plant: PlantDescription) -> tuple[str, str]:
+def worded(held: FaultProbability, plant: PlantDescription) -> tuple[str, str]:
     """An explanation in the operator's words, and its size; by its names where the plant does not know them."""
     if not held.faults:
         return "Nothing is wrong", ""

@@ -38,11 +38,11 @@ def _last(entries: Sequence[Entry], digest: str, plant: PlantDescription) -> For
     for entry in reversed(entries):
         event = entry.event
         if isinstance(event, Foreseen) and event.digest == digest:
-            return Foresight(event, _first_limit(event, plant))
+            return Foresight(event, first_limit(event, plant))
     return None
 
 
-def _first_limit(told: Foreseen, plant: PlantDescription) -> str:
+def first_limit(told: Foreseen, plant: PlantDescription) -> str:
     """What the hard limit protects that is the first one to trip."""
     hard = {limit.name: limit.description for limit in plant.limits.hard}
     return next((hard[r.limit] or r.limit for r in told.reached if r.limit in hard), "") if told.first else ""

@@ -22,9 +22,11 @@ from homeostat.console.people.orders import Give, Orders
 from homeostat.console.people.people import People
 from homeostat.console.server.admission import Admission
 from homeostat.console.server.asked import AskedWrong, bad_request, finite, json_answer, number, span
+from homeostat.console.server.asking import Asking
 from homeostat.console.server.desk import Desk
 from homeostat.console.server.events import Events
 from homeostat.console.server.stream import FASTEST, SLOWEST, Moments
+from homeostat.console.trial.trials import Trials
 from homeostat.console.view import seen, shown
 
 HOSTS: Final = ("127.0.0.1", "localhost")
@@ -76,6 +78,7 @@ def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
         Route("/api/feature", answers.feature, methods=["GET"]),
         Route("/api/stream", answers.stream, methods=["GET"]),
         *Events(run).routes(),
+        *Asking(Trials(run)).routes(),
         *desk.routes(),
     ]
     guards = [
