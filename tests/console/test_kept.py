@@ -46,10 +46,10 @@ def test_the_file_has_every_moment_as_the_server_tells_it(kept_file: Path, recov
     kept = content(kept_file.read_text("utf-8"))
     pool = kept["pool"]
     assert [m[0] for m in kept["moments"]] == sorted({0.0, *(e.at_s for e in recovered.entries), recovered.last_s})
-    for at_s, card, overview, quality, targets, _ in kept["moments"]:
+    for at_s, card, overview, quality, targets, _, words in kept["moments"]:
         told = json.loads(to_json(seen(recovered, at_s)))
         assert (None if card is None else whole(pool, pool[card])) == told["card"], at_s
-        assert whole(pool, pool[overview]) == told["overview"]
+        assert whole(pool, pool[overview]) == told["overview"] and pool[words] == told["told"]
         assert (pool[quality], pool[targets]) == (told["quality"], told["targets"])
         broken = [names for from_s, names in kept["violated"] if from_s <= at_s]
         assert (broken[-1] if broken else []) == told["violated"], at_s

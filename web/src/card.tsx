@@ -188,6 +188,9 @@ export function EpisodeCard({ run, now, decision }: { run: Run; now: Moment; dec
       {card.choices.length > 0 && <div class="part wide"><h2>Cost{card.compared_s !== null && <span class="quiet"> compared at {moment(card.compared_s)}</span>}</h2><Choices card={card} /></div>}
       {card.refused.length > 0 && <div class="part wide"><h2>Refused</h2><ul>{card.refused.map((r, k) => (
         <li key={k}><span class="quiet">{moment(r.at_s)}</span> {r.what}: {r.why}</li>))}</ul></div>}
+      <div class="part wide"><details class="told"><summary>In words</summary>
+        {now.told.map((t) => <p key={t.heading}><b>{t.heading}.</b> {t.text}</p>)}
+        <p class="quiet">Made from the facts of this card by templates; nothing is added.</p></details></div>
       <div class="part"><h2>Quality of the data</h2><Quality now={now} run={run} /></div>
       {card.notes.length > 0 && <div class="part"><h2>Notes</h2>{card.notes.map((n) => <blockquote key={n}>{n}</blockquote>)}</div>}
     </section>

@@ -3,7 +3,7 @@
 import type { AlarmList, FeatureTrend, JournalPage, Moment, Run, Trend, Verified } from "./told";
 
 type Parts = { [field: string]: number | Parts };
-type At = [at_s: number, card: number | null, overview: number | null, quality: number, targets: number, alarms: number];
+type At = [at_s: number, card: number | null, overview: number | null, quality: number, targets: number, alarms: number, told: number];
 interface Kept {
   run: Run; moments: At[]; pool: unknown[]; violated: [number, string[]][];
   readings: { times_s: number[]; signals: Record<string, (number | null)[]> } | null;
@@ -46,7 +46,7 @@ export function momentAt(at: number): Moment {
   return {
     at_s: at, sampled_s: n < 0 ? at : read!.times_s[n]!, values: n < 0 ? {} : Object.fromEntries(Object.entries(read!.signals).map(([tag, v]) => [tag, v[n] ?? null])),
     quality: k.pool[m[3]] as Moment["quality"], targets: k.pool[m[4]] as Moment["targets"], violated: broken?.[1] ?? [],
-    fresh: null, overview: part(m[2]), card: part(m[1]),
+    fresh: null, overview: part(m[2]), card: part(m[1]), told: k.pool[m[6]] as Moment["told"],
   };
 }
 

@@ -38,7 +38,7 @@ export function usePlayer(run: Run | null, refused: () => void): Player {
   const latest = useRef(0), asked = useRef(0);
   const take = useCallback((m: Moment) => {
     latest.current = m.at_s;
-    setNow((old) => (m.overview || !old ? m : { ...m, overview: old.overview, card: old.card }));
+    setNow((old) => (m.overview || !old ? m : { ...m, overview: old.overview, card: old.card, told: old.told }));
   }, []);
   const look = useCallback(async (at: number) => {
     const mine = ++asked.current;

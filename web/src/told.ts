@@ -77,7 +77,7 @@ export interface Card {
 export interface Moment {
   at_s: number; sampled_s: number; values: Record<string, number | null>;
   quality: Record<string, [string, string]>; targets: Record<string, number | null>; violated: string[];
-  fresh: Fresh | null; overview: Overview | null; card: Card | null;
+  fresh: Fresh | null; overview: Overview | null; card: Card | null; told: { heading: string; text: string }[];
 }
 export interface Fresh { age_s: number | null; old: boolean; trouble: string; thinking: string }
 export interface Trend { times_s: number[]; series: [string, (number | null)[]][] }

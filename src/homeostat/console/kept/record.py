@@ -36,7 +36,7 @@ def kept_record(run: OpenedRun, verified: Verified, notice: str) -> dict[str, An
         one = seen(run, at_s)
         features |= dict.fromkeys(s.feature for s in one.card.seen if s.feature) if one.card else {}
         alarms = pool.whole(alarm_list(run.until(at_s), at_s))
-        found.append([at_s, *_moment(one, pool), alarms])
+        found.append([at_s, *_moment(one, pool), alarms, pool.whole(one.told)])
     following = "The run goes on; this page follows it."
     said = f"{notice}{more} {told.notice.replace(following, 'The run went on when it was made.')}"
     return {
