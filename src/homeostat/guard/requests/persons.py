@@ -158,7 +158,7 @@ class Persons:
         if mode is Mode.CLOSED_LOOP:
             agreed = self._authority.agree(command, present.now_s)
             if not agreed:
-                return self._counted(command.verb)
+                return self._counted(command)
         who = " and ".join(agreed)
         why = f"{who} changed the mode"
         return self._enter(mode, ModeEntered(mode.value, brief(who), command.reason), why, present.now_s)
@@ -194,7 +194,7 @@ class Persons:
             return "the plant does not answer; nobody can say in which state it would be left"
         agreed = self._authority.agree(command, now_s)
         if not agreed:
-            return self._counted(command.verb)
+            return self._counted(command)
         rules, sequencer = floor.parts.rules, floor.parts.sequencer
         found = recognise(rules.machine, floor.parts.evidence(readings), sequencer.state, rules.start_up.states)
         floor.latch.reset(now_s)
@@ -207,11 +207,12 @@ class Persons:
         floor.parts.note(ModeEntered(Mode.OBSERVE.value, command.person, "reset"), now_s)
         return ""
 
-    def _counted(self, verb: Verb) -> Counted:
+    def _counted(self, command: PersonCommand) -> Counted:
         """An order that more people must give."""
-        persons, missing = self._floor.parts.settings.persons, self._authority.missing(verb)
+        persons, missing = self._floor.parts.settings.persons, self._authority.missing(command.verb)
         others = "another person" if missing == 1 else f"{missing} other people"
-        return Counted(missing, f"{persons - missing} of {persons} people; {others} must order it too")
+        login = f"; all who order as login {brief(command.login, 40)!r} are one person" if command.login else ""
+        return Counted(missing, f"{persons - missing} of {persons} people; {others} must order it too{login}")
 
     def _fall_back(self, command: PersonCommand, present: Present) -> str:
         floor = self._floor
