@@ -7,7 +7,7 @@ type At = [at_s: number, card: number | null, overview: number | null, quality: 
 interface Kept {
   run: Run; moments: At[]; pool: unknown[]; violated: [number, string[]][];
   readings: { times_s: number[]; signals: Record<string, (number | null)[]> } | null;
-  features: Record<string, FeatureTrend>; journal: JournalPage; verified: Verified;
+  features: Record<string, FeatureTrend>; journal: JournalPage; verified: Verified; other?: Kept;
 }
 
 const PAGE = 200;
@@ -32,21 +32,21 @@ function last(count: number, time: (k: number) => number, at: number): number {
   return low - 1;
 }
 
-function whole(parts: Parts): { [field: string]: unknown } {
-  return Object.fromEntries(Object.entries(parts).map(([name, v]) => [name, typeof v === "number" ? held!.pool[v] : whole(v)]));
+function whole(parts: Parts, pool: unknown[]): { [field: string]: unknown } {
+  return Object.fromEntries(Object.entries(parts).map(([name, v]) => [name, typeof v === "number" ? pool[v] : whole(v, pool)]));
 }
 
-function part<T>(index: number | null): T | null {
-  return index === null ? null : (whole(held!.pool[index] as Parts) as T);
+function part<T>(index: number | null, pool: unknown[]): T | null {
+  return index === null ? null : (whole(pool[index] as Parts, pool) as T);
 }
 
-export function momentAt(at: number): Moment {
-  const k = held!, m = k.moments[Math.max(0, last(k.moments.length, (n) => k.moments[n]![0], at))]!, read = k.readings;
+export function momentAt(at: number, k: Kept = held!): Moment {
+  const m = k.moments[Math.max(0, last(k.moments.length, (n) => k.moments[n]![0], at))]!, read = k.readings;
   const n = read ? last(read.times_s.length, (i) => read.times_s[i]!, at) : -1, broken = k.violated[last(k.violated.length, (i) => k.violated[i]![0], at)];
   return {
     at_s: at, sampled_s: n < 0 ? at : read!.times_s[n]!, values: n < 0 ? {} : Object.fromEntries(Object.entries(read!.signals).map(([tag, v]) => [tag, v[n] ?? null])),
     quality: k.pool[m[3]] as Moment["quality"], targets: k.pool[m[4]] as Moment["targets"], violated: broken?.[1] ?? [],
-    fresh: null, overview: part(m[2]), card: part(m[1]), told: k.pool[m[6]] as Moment["told"],
+    fresh: null, overview: part(m[2], k.pool), card: part(m[1], k.pool), told: k.pool[m[6]] as Moment["told"],
   };
 }
 
@@ -79,21 +79,22 @@ function between(trend: Trend, from: number, to: number, width: number): Trend {
   return thinned({ times_s: trend.times_s.slice(begin, end), series: trend.series.map(([name, v]) => [name, v.slice(begin, end)]) }, width);
 }
 
-function lines(query: Record<string, string | number | string[]>): JournalPage {
-  const k = held!.journal, words = String(query.words ?? "").toLowerCase(), kind = query.kind, before = Number(query.before ?? Infinity);
+function lines(whole: JournalPage, query: Record<string, string | number | string[]>): JournalPage {
+  const k = whole, words = String(query.words ?? "").toLowerCase(), kind = query.kind, before = Number(query.before ?? Infinity);
   const found = k.lines.filter((l) => l.number < before && (!kind || l.kind === kind) && (!words || `${l.kind} ${l.text}`.toLowerCase().includes(words)));
   return { ...k, lines: found.slice(0, PAGE), more: found.length > PAGE };
 }
 
 export function kept(path: string, query: Record<string, string | number | string[]>): unknown {
-  const k = held!, n = (name: string, other: number) => Number(query[name] ?? other);
+  const theirs = path.startsWith("/api/other/"), k = theirs ? held!.other : held!, n = (name: string, other: number) => Number(query[name] ?? other);
   const spanned = (trend: Trend) => between(trend, n("from", 0), n("to", Infinity), n("width", 800));
-  switch (path) {
+  if (!k) throw new Error("there is no other run in this file");
+  switch (theirs ? path.replace("/other", "") : path) {
     case "/api/me": return { people: false, orders: false, name: null, access: null, token: null };
     case "/api/run": return k.run;
-    case "/api/moment": return momentAt(n("at", k.run.last_s));
+    case "/api/moment": return momentAt(n("at", k.run.last_s), k);
     case "/api/alarms": return k.pool[k.moments[Math.max(0, last(k.moments.length, (i) => k.moments[i]![0], n("at", k.run.last_s)))]![5]] as AlarmList;
-    case "/api/journal": return lines(query);
+    case "/api/journal": return lines(k.journal, query);
     case "/api/verified": return k.verified;
     case "/api/feature": {
       const found = k.features[String(query.name)];

@@ -18,6 +18,7 @@ export interface Line { at_s: number; label: string; text: string; tone: string 
 export interface Run {
   title: string; notice: string; live: boolean; closed: boolean; attached: boolean; measured: boolean; last_s: number;
   begins_s: number | null; decided_s: number | null; tags: Tag[]; panels: Panel[]; sheet: Sheet | null; lines: Line[];
+  beside: boolean;
 }
 
 export interface Raised { alarm: string; cause: string; priority: string; since_s: number; acknowledged: boolean }

@@ -51,6 +51,8 @@ class Shown:
     """Its flowsheet."""
     lines: tuple[Line, ...]
     """What happened, line by line."""
+    beside: bool = False
+    """Whether another run is shown beside it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 import argparse
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,9 @@ def carry_out(options: argparse.Namespace) -> int:
     people = known(options.people)
     attached = _started(run_dir).settings.get(ATTACHED) is True
     run = watched(run_dir, options.case) if attached else opened(run_dir, options.case)
-    app = application(run, serving(people, run_dir, attached or run.goes_on(), hosts))
+    served = serving(people, run_dir, attached or run.goes_on(), hosts)
+    other = None if options.beside is None else opened(run_directory(options.beside), options.case)
+    app = application(run, replace(served, beside=other))
     try:
         at = listening(options.port, options.address)
     except OSError as error:

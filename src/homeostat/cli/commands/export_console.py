@@ -1,6 +1,7 @@
 """``homeostat export-console``: a recorded run's page as one file."""
 
 import argparse
+from dataclasses import replace
 
 from homeostat.cli.arguments import UsageError
 from homeostat.cli.commands.console import opened
@@ -20,7 +21,12 @@ def carry_out(options: argparse.Namespace) -> int:
     run = opened(run_dir, options.case)
     said = verified(run_dir)
     notice = f"A file made from a run; nothing in it is live. Its journal, when it was made: {said.text}."
-    page = kept_page(kept_record(run, said, notice), run.plant.title).encode()
+    record = kept_record(run, said, notice)
+    if options.beside is not None:
+        beside = run_directory(options.beside)
+        other = kept_record(opened(beside, options.case), verified(beside), "")
+        record |= {"run": replace(record["run"], beside=True), "other": other}
+    page = kept_page(record, run.plant.title).encode()
     write_whole(options.out, page)
     print(printable(f"{options.out}: {len(page) / 1e6:.1f} MB, up to {run.last_s:.0f} s of process time"))
     return 0

@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from typing import Final
 
@@ -63,12 +63,14 @@ class Serving:
     """Names under which the page may be asked for."""
     secure: bool = False
     """Whether what is sent is encrypted."""
+    beside: OpenedRun | None = None
+    """Another run that is shown beside it; None for none."""
 
 
 def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
     """The answers to everything that may be asked of ``run``; nothing is written but what ``serving`` lets order."""
     ending = threading.Event()
-    answers = _Answers(run, ending)
+    answers = _Answers(run, ending, serving.beside is not None)
     desk = Desk(serving.people, None if serving.give is None else Orders(run, serving.give), serving.secure)
     routes = [Route(path, _file(*content), methods=["GET"]) for path, content in _PAGE.items()]
     routes += [
@@ -78,6 +80,7 @@ def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
         Route("/api/feature", answers.feature, methods=["GET"]),
         Route("/api/stream", answers.stream, methods=["GET"]),
         *Events(run).routes(),
+        *_beside(serving.beside, ending),
         *Asking(Trials(run)).routes(),
         *desk.routes(),
     ]
@@ -90,6 +93,15 @@ def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
     app = Starlette(routes=routes, middleware=guards, exception_handlers=handlers)
     app.state.ending = ending
     return app
+
+
+def _beside(other: OpenedRun | None, ending: threading.Event) -> list[Route]:
+    """What is asked of the run beside."""
+    if other is None:
+        return []
+    answers = _Answers(other, ending)
+    found = {"run": answers.run, "moment": answers.moment, "trend": answers.trend}
+    return [Route(f"/api/other/{name}", answer, methods=["GET"]) for name, answer in found.items()]
 
 
 class _Headers:
@@ -119,14 +131,14 @@ def _file(name: str, kind: str) -> Callable[[Request], Awaitable[Response]]:
 class _Answers:
     """What is asked of one run."""
 
-    def __init__(self, run: OpenedRun, ending: threading.Event) -> None:
-        self._run = run
+    def __init__(self, run: OpenedRun, ending: threading.Event, beside: bool = False) -> None:
+        self._run, self._beside = run, beside
         self._evidence: Evidence | None = None
         self._moments = Moments(run, ending)
 
     async def run(self, request: Request) -> Response:
         await run_in_threadpool(self._run.refresh)
-        return json_answer(await run_in_threadpool(shown, self._run))
+        return json_answer(replace(await run_in_threadpool(shown, self._run), beside=self._beside))
 
     async def moment(self, request: Request) -> Response:
         return json_answer(await run_in_threadpool(seen, self._run, number(request, "at", self._run.last_s)))
