@@ -4,21 +4,21 @@ import { useEffect, useState } from "preact/hooks";
 import { ask, type Card, type Foreseen, type Margin, type Run, type Tag, type Trend } from "./told";
 import { amount, moment, percent, signed, span } from "./words";
 
+// What was foreseen before something was done is not what is to come: it says what was averted.
 export function TimeLeft({ card, at }: { card: Card; at: number }) {
   const f = card.foresight, told = f?.told;
   if (!f || !told || card.over_s !== null) return null;
-  const more = card.proposal?.released_s != null || card.acted.length > 0 ? "nothing more is done" : "nothing is done";
+  const done = Math.max(card.acted[0]?.at_s ?? -Infinity, card.proposal?.released_s ?? -Infinity);
+  const more = done > -Infinity ? "nothing more is done" : "nothing is done";
   if (!told.members) return <p>△ What follows if {more} is not known: {told.note}</p>;
-  const first = told.first;
+  const first = told.first, past = done >= told.from_s - 1;
+  const who = first && (first.members === told.members ? `all ${told.members} members` : `${first.members} of ${told.members} members, ${percent(first.probability)} probable`);
+  const times = first && `from ${moment(told.from_s + first.earliest_s)} to ${moment(told.from_s + first.latest_s)}`;
+  if (past) return <p>The twin has not looked ahead since {card.acted[0] && card.acted[0].at_s === done ? "the fallback acted" : "the release"}. Before it, {first ? `a hard limit was foreseen ${times} (${who}): ${f.limit}` : "no hard limit was foreseen to be reached"}.</p>;
   if (!first) return <p>If {more}, no hard limit is reached within {span(told.length_s)} in any of {told.members} members (foreseen at {moment(told.from_s)}).</p>;
   const left = (s: number) => told.from_s + s - at;
-  const who = first.members === told.members ? `all ${told.members} members` : `${first.members} of ${told.members} members, ${percent(first.probability)} probable`;
-  return (
-    <>
-      {left(first.latest_s) < 0 ? <p>If {more}, the first hard limit was foreseen from {moment(told.from_s + first.earliest_s)} to {moment(told.from_s + first.latest_s)} ({who}): {f.limit}.</p>
-        : <p>If {more}, the first hard limit is reached in <b>{span(left(first.earliest_s))} to {span(left(first.latest_s))}</b>, in half of them within {span(left(first.middle_s))} ({who}): {f.limit}.</p>}
-    </>
-  );
+  if (left(first.latest_s) < 0) return <p>If {more}, the first hard limit was foreseen {times} ({who}): {f.limit}.</p>;
+  return <p>If {more}, the first hard limit is reached in <b>{span(left(first.earliest_s))} to {span(left(first.latest_s))}</b>, in half of them within {span(left(first.middle_s))} ({who}): {f.limit}.</p>;
 }
 
 const WIDE = 320, HIGH = 120, LEFT = 46, RIGHT = 6, TOP = 8, BOTTOM = 18;

@@ -71,6 +71,10 @@ def _explanation(one: Explanation) -> str:
 
 def _alone(card: Card) -> Iterator[str]:
     if card.foresight is not None:
+        done = [acted.at_s for acted in card.acted]
+        done += [card.proposal.released_s] if card.proposal and card.proposal.released_s is not None else []
+        if done and max(done) >= card.foresight.told.from_s - 1.0:
+            yield "The twin has not looked ahead since something was done; before that it foresaw this"
         yield from _foreseen(card.foresight)
     if card.alone:
         yield card.alone
