@@ -26,6 +26,7 @@ def compared(page: Any, address: str) -> str:
 
 
 def test_two_runs_stand_side_by_side(page: Any, recovered_run: Path, handed_over_run: Path, tmp_path: Path) -> None:
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-core is not installed").Axe()
     with served(recovered_run, "--beside", str(handed_over_run)) as server:
         for path in ("run", "moment?at=1000", "trend?tag=T1&from=0&to=1000&width=100"):
             with served(handed_over_run) as alone:
@@ -34,6 +35,8 @@ def test_two_runs_stand_side_by_side(page: Any, recovered_run: Path, handed_over
             assert (told.status, told.json) == (200, theirs.json)
         assert server.ask("/api/run").json["beside"] is True
         said = compared(page, server.address)
+        found = axe.run(page)
+        assert found.violations_count == 0, found.generate_report()
     assert "Cooling valve stuck" in said and "isolate" in said
     out = tmp_path / "two.html"
     command = "export-console", str(recovered_run), "--beside", str(handed_over_run), "--out", str(out)

@@ -17,7 +17,7 @@ from tests.console.test_deciding import at
 from tests.equipment.opcua.attached import Attached, Reactor
 
 pytestmark = [pytest.mark.wide, pytest.mark.timeout(900)]
-SCALE, FAST = 5.0, 20.0
+SCALE, FAST = 2.0, 20.0
 LONG_MS = 120_000.0
 
 

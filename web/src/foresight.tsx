@@ -15,10 +15,11 @@ export function TimeLeft({ card, at }: { card: Card; at: number }) {
   const who = first && (first.members === told.members ? `all ${told.members} members` : `${first.members} of ${told.members} members, ${percent(first.probability)} probable`);
   const times = first && `from ${moment(told.from_s + first.earliest_s)} to ${moment(told.from_s + first.latest_s)}`;
   if (past) return <p>The twin has not looked ahead since {card.acted[0] && card.acted[0].at_s === done ? "the fallback acted" : "the release"}. Before it, {first ? `a hard limit was foreseen ${times} (${who}): ${f.limit}` : "no hard limit was foreseen to be reached"}.</p>;
-  if (!first) return <p>If {more}, no hard limit is reached within {span(told.length_s)} in any of {told.members} members (foreseen at {moment(told.from_s)}).</p>;
+  const healthy = card.explanations.length === 0 && <>△ No cause is known, so the twin takes the plant for healthy. </>;
+  if (!first) return <p>{healthy}If {more}, no hard limit is reached within {span(told.length_s)} in any of {told.members} members (foreseen at {moment(told.from_s)}).</p>;
   const left = (s: number) => told.from_s + s - at;
-  if (left(first.latest_s) < 0) return <p>If {more}, the first hard limit was foreseen {times} ({who}): {f.limit}.</p>;
-  return <p>If {more}, the first hard limit is reached in <b>{span(left(first.earliest_s))} to {span(left(first.latest_s))}</b>, in half of them within {span(left(first.middle_s))} ({who}): {f.limit}.</p>;
+  if (left(first.latest_s) < 0) return <p>{healthy}If {more}, the first hard limit was foreseen {times} ({who}): {f.limit}.</p>;
+  return <p>{healthy}If {more}, the first hard limit is reached in <b>{span(left(first.earliest_s))} to {span(left(first.latest_s))}</b>, in half of them within {span(left(first.middle_s))} ({who}): {f.limit}.</p>;
 }
 
 const WIDE = 320, HIGH = 120, LEFT = 46, RIGHT = 6, TOP = 8, BOTTOM = 18;

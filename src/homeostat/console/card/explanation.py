@@ -75,6 +75,8 @@ def _alone(card: Card) -> Iterator[str]:
         done += [card.proposal.released_s] if card.proposal and card.proposal.released_s is not None else []
         if done and max(done) >= card.foresight.told.from_s - 1.0:
             yield "The twin has not looked ahead since something was done; before that it foresaw this"
+        if not card.explanations:
+            yield "No cause is known, so the twin takes the plant for healthy"
         yield from _foreseen(card.foresight)
     if card.alone:
         yield card.alone
