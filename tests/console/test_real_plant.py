@@ -47,7 +47,7 @@ def test_what_is_approved_on_the_page_reaches_the_plant_once(
             attached.waits_for(lambda now: now["state"] == "normal" and now["now_s"] > 1000.0, "normal", 300.0)
             reactor.ask(f"pace {SCALE}")
             before = len(reactor.commands)
-            reactor.ask("fault pump_degrade")
+            reactor.ask("fault cool_stuck_open")
             page.wait_for_selector(".decision", timeout=LONG_MS)
             shown = page.locator(".decision").inner_text()
             assert len(reactor.commands) == before, "nothing is written before somebody says yes"

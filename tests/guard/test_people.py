@@ -463,3 +463,15 @@ def test_an_agreement_to_a_reset_is_none_to_closed_loop() -> None:
     assert tell(world, Verb.RESET, reason="seen", person="Bo").done
     assert tell(world, Verb.MODE, "closed-loop", person="Bo").missing == 1
     assert tell(world, Verb.MODE, "closed-loop", person="Ada").done
+
+
+def test_a_note_is_shown_to_proposers_for_an_hour_and_decides_nothing() -> None:
+    world = running()
+    assert tell(world, Verb.NOTE).reason == "'note' needs a reason"
+    for text in ("one", "two", "three", "four"):
+        assert tell(world, Verb.NOTE, reason=text).done
+    seen = world.tick()
+    assert seen.notes == ("four", "three", "two") and seen.mode is Mode.CLOSED_LOOP and seen.answers == ()
+    assert not tell(world, Verb.NOTE, reason="x" * 10_000).done
+    world.tick(3600)
+    assert world.tick().notes == ()

@@ -58,6 +58,7 @@ class Verb(StrEnum):
     UNSHELVE = "unshelve"
     FALL_BACK = "fall-back"
     START = "start"
+    NOTE = "note"
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from homeostat.console.readings import Readings
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultProbability, Symptom, by_fault_set
 from homeostat.domain.events.guard import RequestAnswered
+from homeostat.domain.events.people import PersonHeard
 from homeostat.domain.events.recovery import (
     Attempted,
     Compared,
@@ -29,6 +30,7 @@ from homeostat.domain.events.recovery import (
 )
 from homeostat.domain.events.trips import FallbackActivated, FallbackStands, Tripped
 from homeostat.domain.events.writes import Cause, WriteIntended
+from homeostat.domain.mode import Verb
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.remark import RemarkKind
 from homeostat.domain.request import RequestStatus
@@ -316,7 +318,9 @@ def _before_fallback(entries: Sequence[Entry], acted: Entry) -> Sequence[Entry]:
 
 
 def _notes(episode: Episode) -> Iterator[str]:
-    """What proposers said for people to read, each once."""
+    """What people noted for proposers, and what these said for people to read, each once."""
+    heard = [e.event for e in episode.entries if isinstance(e.event, PersonHeard)]
+    yield from (f"note of {h.person}: {h.reason}" for h in heard if h.done and h.verb == Verb.NOTE.value)
     said = [e.event for e in episode.entries if isinstance(e.event, Remarked)]
     notes = [r for r in said if r.remark is not RemarkKind.REASONING]
     about = (f"{r.remark.value} of {r.proposer}{f' about {r.about}' if r.about else ''}: {r.text}" for r in notes)

@@ -53,7 +53,7 @@ def no_start(name: str, rules: GuardRules, state: str) -> str:
 
 ENGINEERING = frozenset({Verb.RESET, Verb.MODE, Verb.START})
 """What only an engineer may order."""
-NEEDS_REASON = frozenset({Verb.RESET, Verb.REJECT, Verb.OUT_OF_SERVICE, Verb.FALL_BACK, Verb.SHELVE})
+NEEDS_REASON = frozenset({Verb.RESET, Verb.REJECT, Verb.OUT_OF_SERVICE, Verb.FALL_BACK, Verb.SHELVE, Verb.NOTE})
 """What is ordered with a reason only."""
 
 
