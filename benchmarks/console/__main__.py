@@ -12,11 +12,14 @@ from pathlib import Path
 from string import Template
 from typing import Any, Final
 
+from benchmarks.console.browser import chromium
+from benchmarks.console.runs import served
 from benchmarks.console.speed import PANS, WATCHED_S, WATCHERS
 from benchmarks.host import kept, measured_on
 
 HERE: Final = Path(__file__).parent
 PAGE: Final = HERE.parents[1] / "docs" / "results" / "console.md"
+PICTURE: Final = HERE.parents[1] / "docs" / "images" / "console.png"
 RUN: Final = ("cstr", "--fault", "cool_stuck_closed", "--onset", "900", "--end", "1050")
 
 
@@ -55,6 +58,16 @@ def measured(folder: Path) -> dict[str, Any]:
     return found
 
 
+def picture(run_dir: Path) -> None:
+    """The page at the moment at which something was first decided, for the documentation."""
+    with served(run_dir) as (address, _), chromium() as browser:
+        page = browser.new_page(viewport={"width": 1280, "height": 960}, color_scheme="light")
+        page.goto(address)
+        page.wait_for_selector(".trend canvas")
+        page.wait_for_timeout(1500)
+        page.screenshot(path=PICTURE)
+
+
 def text(found: Mapping[str, Any], packed: int) -> str:
     """The page."""
     return Template((HERE / "console.md").read_text(encoding="utf-8")).substitute(
@@ -67,6 +80,7 @@ def text(found: Mapping[str, Any], packed: int) -> str:
         seconds=f"{WATCHED_S:g}",
         bytes=found["watched"]["bytes_each_s"],
         alone=found["watched"]["cores_alone"],
+        load=found["load"],
     )
 
 
@@ -77,7 +91,9 @@ def main() -> None:
 
     static = HERE.parents[1] / "src" / "homeostat" / "console" / "server" / "static"
     packed = sum(len(gzip.compress(path.read_bytes())) for path in static.iterdir() if path.suffix != ".txt")
-    PAGE.write_text(text(measured(kept("console")), packed), encoding="utf-8")
+    folder = kept("console")
+    PAGE.write_text(text(measured(folder), packed), encoding="utf-8")
+    picture(folder / "run")
 
 
 if __name__ == "__main__":

@@ -164,6 +164,7 @@ def main() -> None:
             with served(run) as (address, _):
                 found["painted"] = painted(browser, address)
         found["watched"] = watchers
+    found["load"] = round(os.getloadavg()[0], 1)
     print(json.dumps(found))
 
 
