@@ -20,6 +20,7 @@ import pyarrow.parquet as pq
 from benchmarks.console.browser import chromium
 from benchmarks.console.runs import served
 from homeostat.journal import Journal, RunStarted
+from homeostat.journal.beside.artifacts import TIME
 from homeostat.plants.plant import load_plant
 
 DAY_S: Final = 86_400
@@ -34,9 +35,9 @@ def a_day(folder: Path) -> Path:
     """A run of the reactor with noise for readings, one a second for a day."""
     tags = [tag.name for tag in load_plant("cstr").description.tags]
     with Journal(folder) as journal:
-        journal.record(RunStarted("CSTR", (), 1), 0.0)
+        journal.record(RunStarted("cstr", (), 1), 0.0)
     draw = np.random.default_rng(1)
-    columns = {"time": np.arange(DAY_S, dtype=float)}
+    columns = {TIME: np.arange(DAY_S, dtype=float)}
     columns |= {f"measured {tag}": 100.0 + draw.standard_normal(DAY_S).cumsum() * 0.01 for tag in tags}
     pq.write_table(pa.table(columns), folder / "trajectory.parquet")
     return folder
@@ -49,13 +50,12 @@ def panned(browser: Any, address: str) -> dict[str, float]:
     page.wait_for_selector("#card")
     page.keyboard.press("7")
     page.wait_for_selector("#explorer .u-over")
+    for button in page.get_by_role("button", name="Take").all():
+        if (button.get_attribute("aria-label") or "").split()[1] not in TAGS:
+            button.click()
     for tag in TAGS:
         if not page.get_by_role("button", name=f"Take {tag} away").count():
             page.locator("#explorer select").select_option(tag)
-    for button in page.get_by_role("button", name="Take").all():
-        name = (button.get_attribute("aria-label") or "").split()[1]
-        if name not in TAGS:
-            button.click()
     page.get_by_role("button", name="all").click()
     page.wait_for_timeout(1500)
     page.get_by_role("button", name="Zoom in").click()
