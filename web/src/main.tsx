@@ -156,7 +156,7 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
         {view === "compare" && run.beside && <Compare run={run} now={now} theme={theme} seek={player.seek} />}
         {view === "ask" && <Ask run={run} me={me} at={now.at_s} />}
         {view === "plant" && <>
-        <EpisodeCard run={run} now={now} decision={offer && now.card?.proposal && <Decision offer={offer} proposal={now.card.proposal} now={now} order={order} />} />
+        <EpisodeCard run={run} me={me} now={now} decision={offer && now.card?.proposal && <Decision offer={offer} proposal={now.card.proposal} now={now} order={order} />} />
         {run.measured && <div class="side">
           <section id="readings" tabIndex={-1} aria-label="Readings"><h2>Readings</h2>
             <Indicators run={run} now={now} />

@@ -18,7 +18,7 @@ export interface Line { at_s: number; label: string; text: string; tone: string 
 export interface Run {
   title: string; notice: string; live: boolean; closed: boolean; attached: boolean; measured: boolean; last_s: number;
   begins_s: number | null; decided_s: number | null; tags: Tag[]; panels: Panel[]; sheet: Sheet | null; lines: Line[];
-  beside: boolean;
+  beside: boolean; model: string;
 }
 
 export interface Raised { alarm: string; cause: string; priority: string; since_s: number; acknowledged: boolean }
@@ -94,6 +94,7 @@ export interface JournalLine { number: number; at_s: number; kind: string; text:
 export interface JournalPage { lines: JournalLine[]; kinds: string[]; more: boolean; trouble: string }
 export interface Verified { whole: boolean; closed: boolean; signed: number; lines: number; text: string }
 export interface Me { people: boolean; orders: boolean; name: string | null; access: "viewer" | "operator" | "engineer" | null; token: string | null }
+export interface Retold { text: string; model: string; strange: string[] }
 export interface Came { done: boolean; reason: string; counts: boolean }
 
 // What the server does not do, with its number: 401 where somebody must sign in, 0 where nothing came back.

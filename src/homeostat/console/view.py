@@ -53,6 +53,8 @@ class Shown:
     """What happened, line by line."""
     beside: bool = False
     """Whether another run is shown beside it."""
+    model: str = ""
+    """Name of the model that says the card in other words; empty where there is none."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,8 +26,8 @@ from homeostat.console.server.asking import Asking
 from homeostat.console.server.desk import Desk
 from homeostat.console.server.events import Events
 from homeostat.console.server.stream import FASTEST, SLOWEST, Moments
-from homeostat.console.trial.trials import Trials
 from homeostat.console.view import seen, shown
+from homeostat.llm.model import LanguageModel
 
 HOSTS: Final = ("127.0.0.1", "localhost")
 """Names under which the page may be asked for: another one is another page's, which had its name resolved to here."""
@@ -63,6 +63,8 @@ class Serving:
     """Names under which the page may be asked for."""
     secure: bool = False
     """Whether what is sent is encrypted."""
+    model: LanguageModel | None = None
+    """Says the card in other words; None where there is none."""
     beside: OpenedRun | None = None
     """Another run that is shown beside it; None for none."""
 
@@ -70,7 +72,7 @@ class Serving:
 def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
     """The answers to everything that may be asked of ``run``; nothing is written but what ``serving`` lets order."""
     ending = threading.Event()
-    answers = _Answers(run, ending, serving.beside is not None)
+    answers = _Answers(run, ending, (serving.beside is not None, "" if serving.model is None else serving.model.name))
     desk = Desk(serving.people, None if serving.give is None else Orders(run, serving.give), serving.secure)
     routes = [Route(path, _file(*content), methods=["GET"]) for path, content in _PAGE.items()]
     routes += [
@@ -81,7 +83,7 @@ def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
         Route("/api/stream", answers.stream, methods=["GET"]),
         *Events(run).routes(),
         *_beside(serving.beside, ending),
-        *Asking(Trials(run)).routes(),
+        *Asking(run, serving.model).routes(),
         *desk.routes(),
     ]
     guards = [
@@ -131,14 +133,16 @@ def _file(name: str, kind: str) -> Callable[[Request], Awaitable[Response]]:
 class _Answers:
     """What is asked of one run."""
 
-    def __init__(self, run: OpenedRun, ending: threading.Event, beside: bool = False) -> None:
-        self._run, self._beside = run, beside
+    def __init__(self, run: OpenedRun, ending: threading.Event, extras: tuple[bool, str] = (False, "")) -> None:
+        """``extras``: whether there is a run beside, and the name of a model that says the card in other words."""
+        self._run, self._extras = run, extras
         self._evidence: Evidence | None = None
         self._moments = Moments(run, ending)
 
     async def run(self, request: Request) -> Response:
         await run_in_threadpool(self._run.refresh)
-        return json_answer(replace(await run_in_threadpool(shown, self._run), beside=self._beside))
+        beside, model = self._extras
+        return json_answer(replace(await run_in_threadpool(shown, self._run), beside=beside, model=model))
 
     async def moment(self, request: Request) -> Response:
         return json_answer(await run_in_threadpool(seen, self._run, number(request, "at", self._run.last_s)))
