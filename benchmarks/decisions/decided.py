@@ -98,13 +98,13 @@ class _Counting:
         """Itself: it is frozen already."""
         return self
 
-    def try_many(self, ensemble: Ensemble, schedules: Values) -> Any:
+    def try_many(self, ensemble: Ensemble, schedules: Values, refuse: bool = True) -> Any:
         self.rollouts += len(schedules) * len(ensemble.weights)
-        return self._twin.try_many(ensemble, schedules)
+        return self._twin.try_many(ensemble, schedules, refuse=refuse)
 
-    def follow_many(self, ensemble: Ensemble, routes: Sequence[ActionSet]) -> Any:
+    def follow_many(self, ensemble: Ensemble, routes: Sequence[ActionSet], refuse: bool = True) -> Any:
         self.rollouts += len(routes) * len(ensemble.weights)
-        return self._twin.follow_many(ensemble, routes)
+        return self._twin.follow_many(ensemble, routes, refuse=refuse)
 
 
 class Problem:

@@ -39,7 +39,7 @@ class ScriptedTwin:
     at_s: float = 0.0
     asked: list[tuple[tuple[str, ...], tuple[FaultState, ...]]] = field(default_factory=list)
     learned: list[tuple[float, int]] = field(default_factory=list)
-    sharpened: list[tuple[float, int, tuple[FaultState, ...]]] = field(default_factory=list)
+    sharpened: list[tuple[float, int, tuple[Hypothesis, ...]]] = field(default_factory=list)
     over: Ended | None = None
     checked: list[float] = field(default_factory=list)
 
@@ -69,8 +69,8 @@ class ScriptedTwin:
     def calibrate(self, seconds: int) -> None:
         self.learned.append((self.at_s, seconds))
 
-    def recalibrate(self, seconds: int, faults: Sequence[FaultState]) -> None:
-        self.sharpened.append((self.at_s, seconds, tuple(faults)))
+    def recalibrate(self, seconds: int, hypotheses: Sequence[Hypothesis]) -> None:
+        self.sharpened.append((self.at_s, seconds, tuple(hypotheses)))
 
 
 class OneSymptomEach(NoGraph):
@@ -381,13 +381,27 @@ def test_a_review_sharpens_the_twin_only_where_one_explanation_is_left() -> None
     scene.monitoring.diagnose()
     minute = 60
     learned = int(SETTINGS.review_s) - minute
-    assert scene.twin.sharpened == [(released_s + SETTINGS.review_s, learned, SURE[0].faults)]
-    doubtful = Scene(lambda at_s: UNSURE)
-    doubtful.watch(30)
-    doubtful.monitoring.follow(Released(RELEASED, 30.0))
-    doubtful.until_attention(250, x=2.0)
-    doubtful.monitoring.diagnose()
-    assert doubtful.twin.sharpened == []
+    assert scene.twin.sharpened == [(released_s + SETTINGS.review_s, learned, SURE)]
+    assert sharpened_by(UNSURE) == []
+
+
+def sharpened_by(hypotheses: tuple[Hypothesis, ...]) -> list[tuple[Hypothesis, ...]]:
+    """What the twin is sharpened by where these explain what is seen at the first review after a release."""
+    scene = Scene(lambda at_s: hypotheses)
+    scene.watch(30)
+    scene.monitoring.follow(Released(RELEASED, 30.0))
+    scene.watch(int(SETTINGS.review_s) - 1, x=2.0)
+    scene.until_attention(250, x=2.0)
+    scene.monitoring.diagnose()
+    return [learned for _, _, learned in scene.twin.sharpened]
+
+
+@pytest.mark.parametrize("between", [(0.5, 0.7), None])
+def test_one_fault_of_several_sizes_is_one_explanation_where_it_is_known_between_what_it_lies(
+    between: tuple[float, float] | None,
+) -> None:
+    sizes = tuple(Hypothesis((FaultState("hot", size, 1.0),), 0.5, between) for size in (0.6, 0.62))
+    assert sharpened_by(sizes) == ([sizes] if between is not None else [])
 
 
 def test_what_was_left_alone_is_reviewed() -> None:

@@ -48,14 +48,14 @@ def test_what_cannot_be_attached_is_said_in_one_line(
     assert not (mapping.parent / "d").exists()
 
 
-def test_a_plant_of_another_tick_is_refused(mapping: Path) -> None:
+def test_a_mapping_that_gives_up_before_the_next_tick_of_its_plant_is_refused(mapping: Path) -> None:
     folder = mapping.parent / "two_tanks"
     shutil.copytree(TANKS, folder)
     settings = folder / "case.toml"
     settings.write_text(settings.read_text("utf-8") + "\n[time]\ntick_s = 2.0\n", encoding="utf-8")
     arguments = ("attach", str(folder), "--link", "cstr.toml", "--dir", "d", "--insecure")
     done = homeostat(*arguments, cwd=mapping.parent)
-    assert done.status == 2 and "tick of 2 s" in done.err and "tick_s in [time]" in done.err
+    assert done.status == 2 and "dead_s = " in done.err and "tick of 2 s" in done.err and "at least 4 s" in done.err
 
 
 def test_a_directory_with_something_else_in_it_is_refused(mapping: Path) -> None:

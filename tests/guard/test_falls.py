@@ -4,16 +4,18 @@ carries the limit."""
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.domain.plant.rules import TripRule
+from homeostat.domain.plant.rules import StartUp, TripRule
 from homeostat.guard.watch.falls import BEFORE, LAGS, QUIET, Falls
 from homeostat.stl.formula import parse, parse_expression
-from tests.guard.test_trips import HOT_BY_BALANCE, Watch, hot
+from tests.guard.test_trip_edges import _hot as parse_limit
+from tests.guard.test_trips import HOT_BY_BALANCE, Watch, filling, hot
 from tests.guard.vessel import TAGS
 
 pytestmark = pytest.mark.quick
@@ -111,11 +113,96 @@ def until_it_trips(w: Watch, error: float, tx: float = 305.0) -> int:
     return next(k + 1 for k, t in enumerate(reading) if w.judge(hot(t, tx)) == TRIPS)
 
 
-def test_a_trip_waits_for_the_grace_time_where_something_carries_the_limit() -> None:
-    """8 K s are there after 6 s; the 6 s of grace come to these."""
-    believed, doubted = TripRule("LIM-HOT", 8.0, 6.0, RULE.carrier, lift=10.0, lift_s=20.0), RULE
-    at_once = until_it_trips(settled(believed), 6.0)
-    assert at_once + 4 <= until_it_trips(settled(doubted), 6.0) <= at_once + 6
+@pytest.mark.parametrize("error", [4.0, 6.0, 12.0, 40.0])
+def test_a_trip_waits_for_the_grace_time_from_the_first_violation_where_something_carries_the_limit(
+    error: float,
+) -> None:
+    """What the reading says meanwhile is added up all the same."""
+    believed = replace(RULE, fastest=None)
+    first = next(k for k, margin in enumerate(damped(error, 3.0, 100), start=1) if margin < 0.0)
+    at_once, waits = until_it_trips(settled(believed), error), until_it_trips(settled(RULE), error)
+    assert waits == max(at_once, first + RULE.grace_s)
+    assert (waits > at_once) is (error >= 6.0)
+
+
+@pytest.mark.parametrize("after", [312.9, 312.0, 310.0])
+def test_a_fall_that_comes_back_within_the_grace_time_leaves_nothing_behind(after: float) -> None:
+    w = settled(RULE)
+    assert [w.judge(hot(330.0)) for _ in range(5)] == [()] * 5
+    assert [w.judge(hot(after)) for _ in range(30)] == [()] * 30
+
+
+def test_what_has_come_back_is_not_added_to_what_comes_later() -> None:
+    """5 ticks of 17 K are more than any sum allows; 0.1 K afterwards are not."""
+    w = settled(RULE)
+    assert [w.judge(hot(330.0)) for _ in range(5)] == [()] * 5
+    assert w.judge(hot(313.0)) == ()
+    assert [w.judge(hot(313.1)) for _ in range(20)] == [()] * 20
+
+
+@pytest.mark.parametrize(("rate", "seen"), [(0.2, 1), (1.0, 2), (1.4, 3)])
+def test_the_grace_time_of_a_fall_that_is_seen_late_began_with_the_violation(rate: float, seen: int) -> None:
+    """By hand: of three readings one, two, three are 6 K higher; the process can do 0.6 or 3 K in 3 s, 5.6 K in 4 s."""
+    falls, fast = (
+        Falls(parse_expression(str(rate), TAGS), 1.0),
+        replace(RULE, fastest=parse_expression(str(rate), TAGS)),
+    )
+    for _ in range(SETTLED):
+        falls.take(3.0, {})
+    assert next(k for k in range(1, 10) if falls.take(-3.0, {})) == seen
+    w = settled(fast)
+    assert [w.judge(hot(316.0)) for _ in range(7)] == [()] * 6 + [TRIPS]
+
+
+@pytest.mark.parametrize("dt_s", [0.5, 2.0])
+def test_the_grace_time_of_a_violation_counts_seconds_not_samples(dt_s: float) -> None:
+    w = settled(RULE)
+    found = [w.judge(hot(330.0), uncertain="T", dt_s=dt_s) for _ in range(14)]
+    assert found.index(TRIPS) == 6.0 / dt_s
+
+
+def test_a_violation_of_start_up_is_none_of_operation() -> None:
+    w = Watch(RULE, start_up=StartUp(frozenset({"waiting"}), {"LIM-HOT": parse_limit("T <= 350")}))
+    assert [w.judge(filling(t), "waiting") for t in (300.0, 353.0, 353.0)] == [()] * 3
+    assert [w.judge(hot(330.0), uncertain="T") for _ in range(7)] == [()] * 6 + [TRIPS]
+
+
+FALLEN = replace(RULE, fallen=parse("Tx <= 320", TAGS))
+"""The other carrier says nothing against 315 K, where the one that tells a trip in operation does."""
+
+
+def test_what_carries_a_limit_that_has_fallen_is_another() -> None:
+    """Without it nothing carries the limit, and the fall is believed at once; until the sum is empty it goes on so."""
+    assert until_it_trips(settled(RULE), 40.0, 315.0) == 1
+    w = settled(FALLEN)
+    for _ in range(3):
+        assert w.judge(hot(320.0, 315.0)) == ()
+    w.watch.correct(({"T": 10.0},))
+    assert [w.judge(hot(320.0, 315.0)) for _ in range(15)] == [()] * 15
+    assert w.judge(hot(320.0, 321.0)) == () and w.noted[0][1].carrier == "Tx <= 320"
+    assert TRIPS in [w.judge(hot(320.0, 321.0)) for _ in range(9)]
+
+
+def test_what_came_slowly_has_not_fallen() -> None:
+    w = settled(FALLEN)
+    rising = [310.0 + 0.1 * k for k in range(60)]
+    w.watch.correct(({"T": 6.0},))
+    assert TRIPS in [w.judge(hot(t, 315.0)) for t in rising]
+
+
+def test_a_fall_that_is_over_leaves_the_carrier_of_operation() -> None:
+    w = settled(FALLEN)
+    assert [w.judge(hot(320.0, 315.0)) for _ in range(3)] == [()] * 3
+    assert [w.judge(hot(310.0, 315.0)) for _ in range(60)] == [()] * 60
+    w.watch.correct(({"T": 6.0},))
+    assert TRIPS in [w.judge(hot(310.0 + 0.1 * k, 315.0)) for k in range(60)]
+
+
+@pytest.mark.parametrize("over", [2.0, 7.0, 20.0])
+def test_a_reading_that_is_held_for_uncertain_and_stays_trips_when_the_grace_time_is_over(over: float) -> None:
+    w = settled(RULE)
+    found = [w.judge(hot(313.0 + over), uncertain="T") for _ in range(7)]
+    assert found == [()] * 6 + [TRIPS]
 
 
 @pytest.mark.parametrize("rule", [TripRule("LIM-HOT", 8.0, 6.0, fastest=SLOW), RULE])

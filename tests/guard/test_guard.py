@@ -45,7 +45,7 @@ def test_later_steps_of_a_request_are_written_when_they_are_due() -> None:
 
 def test_a_violated_limit_trips_at_that_tick_and_the_fallback_stands() -> None:
     world = running()
-    world.tick(8, T=313.0 + 2.0)  # as fast as it jumps, it is uncertain at first, then 8 K s are 4 s at 2 K
+    world.tick(5, T=313.0 + 2.0)  # as fast as it jumps, it is uncertain for 5 s, in which 8 K s come together
     assert world.seen[-1].latched is None
     world.tick(4)
     assert world.sent[0] == DRAIN.actions.commands

@@ -24,7 +24,7 @@ def mutate(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_mutants_of_the_trips_are_noticed_by_the_tests_of_the_trips() -> None:
-    names = ("trips", "trip_edges", "trip_leads", "trial", "jumps", "disputes", "falls")
+    names = ("trips", "trip_edges", "trip_leads", "trip_times", "trial", "jumps", "disputes", "falls")
     tests = [f"guard/test_{name}.py" for name in names]
     done = mutate("--modules", "watch.trips", "--sample", "100", "--seed", "1", "--tests", *tests)
     noticed, asked = (int(word) for word in done.stdout.splitlines()[-1].split()[:3:2])

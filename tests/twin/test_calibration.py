@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import functools
+from copy import copy
 
 import numpy as np
 import pytest
 
-from homeostat.domain.diagnosis import Hypothesis
+from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.recovery import ActionSet
 from homeostat.plants.plant import Plant
-from homeostat.twin.calibration import Posterior, calibrate, prior
+from homeostat.twin.calibration import GoesWith, Posterior, Present, calibrate, prior
 from homeostat.twin.carried import Carrier
 from homeostat.twin.history import History, Window
+from homeostat.twin.twin import Twin
 from tests.twin.followed import HEALTHY_S, LEARN_S, follow, reactor, readings
 
 SEEDS = range(8)
@@ -35,8 +37,8 @@ def after(seed: int) -> Posterior:
 
 def learned(plant: Plant, window: Window) -> Posterior:
     """What a window without faults teaches."""
-    nothing = Carrier(plant.model, plant.description).carry([()], window)
-    return calibrate(plant.model, window, before(), nothing, plant.twin.errors, plant.twin.initial)
+    nothing = Present((), Carrier(plant.model, plant.description).carry([()], window))
+    return calibrate(plant.model, window, before(), [nothing], plant.twin.errors, plant.twin.initial)
 
 
 def deviation(posterior: Posterior) -> np.ndarray:
@@ -126,3 +128,69 @@ def test_a_twin_that_learned_predicts_better() -> None:
         )
         wins += abs(learned - truth) < abs(fresh - truth)
     assert wins >= 3
+
+
+# in a plant with a fault
+
+STUCK = FaultState("cool_stuck_closed", 0.66, HEALTHY_S + 60.0)
+"""A cooling valve that has closed by two thirds."""
+END_S = HEALTHY_S + 900
+
+
+def sized(severity: float, between: tuple[float, float] | None = (0.58, 0.72)) -> Hypothesis:
+    return Hypothesis((FaultState(STUCK.fault, severity, STUCK.onset_s),), 0.5, between)
+
+
+def predicted(twin: Twin, hypothesis: Hypothesis) -> float:
+    """Mean temperature from five minutes ahead on if nobody acts [K]."""
+    return float(twin.roll_out(ActionSet((), "normal"), (hypothesis,)).trajectory.signals["T1"][:, 60:].mean())
+
+
+@functools.cache
+def followed(seed: int) -> Twin:
+    return follow(readings(seed, END_S, (STUCK,)), seed)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_what_the_size_explains_is_not_learned_twice(seed: int) -> None:
+    """What is read says where the temperature is. Whatever the size is taken for, that is what is predicted then."""
+    few, many = sized(0.64), sized(0.68)
+    sharp = copy(followed(seed))
+    apart = predicted(sharp, many) - predicted(sharp, few)
+    sharp.recalibrate(600, [few, many])
+    now = np.mean([s.values["T1"] for s in readings(seed, END_S, (STUCK,))[-300:]])
+    found = [predicted(sharp, each) for each in (few, many)]
+    assert apart > 0.4 and abs(found[1] - found[0]) < apart / 2.0
+    assert found == pytest.approx([now, now], abs=0.35)
+
+
+def test_a_size_that_is_known_exactly_leaves_the_parameters_alone() -> None:
+    sharp = copy(followed(0))
+    sharp.recalibrate(600, [sized(0.66, None)])
+    assert predicted(sharp, sized(0.70)) - predicted(sharp, sized(0.66)) > 0.2
+
+
+def test_sharpening_again_and_again_makes_no_surer() -> None:
+    """Ten looks at the same readings are one."""
+    once, often = copy(followed(0)), copy(followed(0))
+    once.recalibrate(600, [sized(0.66)])
+    for _ in range(10):
+        often.recalibrate(600, [sized(0.66)])
+    assert predicted(often, sized(0.66)) == predicted(once, sized(0.66))
+
+
+def test_parameters_go_with_a_size_in_proportion() -> None:
+    goes = GoesWith("leak", 0.01, np.array([2.0, 0.0, -1.0]))
+    assert goes.change([FaultState("leak", 0.03, 0.0)]) == pytest.approx([0.04, 0.0, -0.02])
+    assert goes.change([FaultState("fouling", 0.5, 0.0)]) == pytest.approx([0.0, 0.0, 0.0])
+    mean = np.zeros(3)
+    assert Posterior(mean, np.eye(3), None, goes).change([FaultState("leak", 0.01, 0.0)]) == pytest.approx(mean)
+
+
+@pytest.mark.parametrize(("severity", "between", "off"), [(0.5, (0.4, 0.6), 0.55), (0.98, (0.9, 1.0), 0.955)])
+def test_a_size_is_off_to_where_there_is_room(severity: float, between: tuple[float, float], off: float) -> None:
+    """By a quarter of what holds it with 95 %."""
+    carrier = Carrier(reactor().model, reactor().description)
+    ((fault,),) = carrier.off_by_one_sd(sized(severity, between))
+    assert fault.severity == pytest.approx(off) and fault.onset_s == STUCK.onset_s
+    assert carrier.off_by_one_sd(sized(severity, None)) == []

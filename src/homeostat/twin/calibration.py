@@ -4,17 +4,18 @@ Linear Bayesian update: the model's response to each uncertain parameter is foun
 parameter, all in one call of the engine; prior and measurement errors are normal (Kalman, 1960).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.plant.parameter import ModelParameter
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.types import Table, Vec
-from homeostat.twin.carried import Carried
+from homeostat.twin.carried import Carried, FaultSet, joined
 from homeostat.twin.history import Window
-from homeostat.twin.replay import replay
+from homeostat.twin.replay import Replay, replay
 
 BLOCK = 60
 """Readings are compared as means over blocks of so many."""
@@ -31,6 +32,31 @@ class Usual:
 
 
 @dataclass(frozen=True, slots=True)
+class GoesWith:
+    """How parameters go with the size of a fault: what one of them explains the other need not."""
+
+    fault: str
+    """Name of the fault."""
+    size: float
+    """Its size for which the expected values are, in the fault's unit."""
+    per_unit: Vec
+    """Change of the expected values per unit of size, shape (parameters,)."""
+
+    def change(self, faults: Iterable[FaultState]) -> Vec:
+        """Change of the expected values where ``faults`` are present; nothing where the fault is none of them."""
+        off = sum(fault.severity - self.size for fault in faults if fault.fault == self.fault)
+        return off * self.per_unit
+
+
+@dataclass(frozen=True, slots=True)
+class Present:
+    """Faults that are assumed to be present, as they are and as the engine takes them."""
+
+    faults: FaultSet
+    carried: Carried
+
+
+@dataclass(frozen=True, slots=True)
 class Posterior:
     """What is known of the parameters: a normal distribution."""
 
@@ -40,6 +66,12 @@ class Posterior:
     """Square root of the covariance, shape (parameters, k): mean + root z with z standard normal is a draw."""
     usual: Usual | None = None
     """Where this was learned; None where nothing was."""
+    goes_with: GoesWith | None = None
+    """What the expected values depend on; None where it is nothing."""
+
+    def change(self, faults: Iterable[FaultState]) -> Vec | float:
+        """By how much the expected values are others where ``faults`` are present, shape (parameters,)."""
+        return 0.0 if self.goes_with is None else self.goes_with.change(faults)
 
     def draws(self, count: int, generator: np.random.Generator) -> Table:
         """``count`` parameter sets, shape (count, parameters); the first is the mean."""
@@ -60,40 +92,63 @@ def calibrate(
     model: ProcessModel,
     window: Window,
     posterior: Posterior,
-    present: Carried,
+    present: Sequence[Present],
     errors: Mapping[str, tuple[float, float]],
     initial: Mapping[str, float],
 ) -> Posterior:
     """``posterior`` after ``window``, in which nothing but what is ``present`` was wrong.
 
     Args:
-        present: one fault set.
+        present: what was present; then, where the size of that one fault is not known exactly, the same with the size
+            off by a standard deviation.
         errors: variable -> (noise per reading, model error), standard deviations in the variable's unit.
         initial: state -> standard deviation of what smoothing may have got wrong at the window's start.
     """
     variables = tuple(errors)
+    base = posterior.mean + posterior.change(present[0].faults)
     count = posterior.root.shape[1]
-    offsets = np.zeros((1 + count + len(initial), len(model.states)))
+    offsets = np.zeros((1 + count + len(initial) + len(present) - 1, len(model.states)))
     for k, (state, sd) in enumerate(initial.items()):
         offsets[1 + count + k, column(model.states, state)] = sd
-    sets = np.vstack([posterior.mean, posterior.mean + posterior.root.T, np.tile(posterior.mean, (len(initial), 1))])
-    run = replay(model, window, sets, present.repeated(len(sets)), variables, offsets)
+    sets = np.vstack([
+        base, base + posterior.root.T, np.tile(base, (len(initial), 1)),
+        *(posterior.mean + posterior.change(other.faults) for other in present[1:]),
+    ])  # fmt: skip
+    members = [0] * (1 + count + len(initial)) + list(range(1, len(present)))
+    run = replay(model, window, sets, joined([present[m].carried for m in members]), variables, offsets)
+    response, surprise = _compared(run, window, errors)
+    # Posterior of the standard-normal coefficients z: precision I + H'H.
+    precision = np.eye(response.shape[1]) + response.T @ response
+    z, covariance = np.linalg.solve(precision, response.T @ surprise), np.linalg.inv(precision)
+    goes_with = None
+    own, others = slice(count), slice(count + len(initial), None)
+    if len(present) > 1:  # given the size: what is learned of the parameters is for each size what it leaves to them
+        gain = covariance[own, others] @ np.linalg.inv(covariance[others, others])
+        z[own] -= gain @ z[others]
+        covariance[own, own] -= gain @ covariance[others, own]
+        goes_with = _goes_with(posterior, present, posterior.root @ gain[:, 0])
+    root = posterior.root @ np.linalg.cholesky(covariance[own, own] + 1e-12 * np.eye(count))
+    inputs = model.replay_inputs(window.readings, window.inputs).mean(axis=0)
+    usual = Usual(inputs, {v: float(window.readings[v].mean()) for v in variables})
+    return Posterior(base + posterior.root @ z[own], root, usual, goes_with)
+
+
+def _goes_with(posterior: Posterior, present: Sequence[Present], change: Vec) -> GoesWith:
+    """How parameters go with the size, that change by ``change`` and by what they did before where it is off."""
+    (fault,), (other,) = present[0].faults, present[1].faults
+    before = posterior.change((other,)) - posterior.change((fault,))
+    return GoesWith(fault.fault, fault.severity, (change + before) / (other.severity - fault.severity))
+
+
+def _compared(run: Replay, window: Window, errors: Mapping[str, tuple[float, float]]) -> tuple[Table, Vec]:
+    """Response of what is read to each member but the first, and what surprises the first, in standard deviations."""
     blocks = (window.length - 1) // BLOCK
     rows = blocks * BLOCK
 
     def in_blocks(values: Table) -> Table:
         return np.asarray(values[:, :rows].reshape(values.shape[0], blocks, BLOCK).mean(axis=2))
 
-    predicted = np.concatenate([in_blocks(run.predicted[:, :, j]) for j in range(len(variables))], axis=1)
-    seen = np.concatenate([in_blocks(window.readings[v][None, 1:])[0] for v in variables])
+    predicted = np.concatenate([in_blocks(run.predicted[:, :, j]) for j in range(len(errors))], axis=1)
+    seen = np.concatenate([in_blocks(window.readings[v][None, 1:])[0] for v in errors])
     spread = np.concatenate([np.full(blocks, np.hypot(n / np.sqrt(BLOCK), e)) for n, e in errors.values()])
-    response = (predicted[1:] - predicted[0]).T / spread[:, None]
-    surprise = (seen - predicted[0]) / spread
-    # Posterior of the standard-normal coefficients z: precision I + H'H.
-    precision = np.eye(response.shape[1]) + response.T @ response
-    z = np.linalg.solve(precision, response.T @ surprise)[:count]
-    covariance = np.linalg.inv(precision)[:count, :count]
-    root = posterior.root @ np.linalg.cholesky(covariance + 1e-12 * np.eye(count))
-    inputs = model.replay_inputs(window.readings, window.inputs).mean(axis=0)
-    usual = Usual(inputs, {v: float(window.readings[v].mean()) for v in variables})
-    return Posterior(posterior.mean + posterior.root @ z, root, usual)
+    return (predicted[1:] - predicted[0]).T / spread[:, None], (seen - predicted[0]) / spread

@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from homeostat.domain.diagnosis import Effect, EffectKind, FaultMode, FaultState
+from homeostat.domain.diagnosis import Effect, EffectKind, FaultMode, FaultState, Hypothesis
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.process.effects import Effects
 from homeostat.process.model import ProcessModel, column
@@ -18,6 +18,8 @@ from homeostat.twin.history import Window
 
 FaultSet: TypeAlias = tuple[FaultState, ...]
 """Faults that are assumed to be present together."""
+WITH_95_PERCENT = 4.0
+"""Standard deviations between the ends of what holds a normal value with 95 % [1]."""
 GROWS_ON = 1.0
 """What grows goes on growing for this multiple of the time that it has, and no further than the tables let it [1].
 
@@ -47,6 +49,12 @@ class Carried:
         return Carried(severity, onset, self.moves * count)
 
 
+def joined(each: Sequence[Carried]) -> Carried:
+    """All of them, one after the other."""
+    severity, onset = (np.vstack(tables) for tables in zip(*((c.severity, c.onset_s) for c in each), strict=True))
+    return Carried(severity, onset, tuple(moves for c in each for moves in c.moves))
+
+
 class Carrier:
     """Turns fault sets into columns and moves."""
 
@@ -73,6 +81,18 @@ class Carrier:
                     own.append(self.move(effect, fault.severity, fault.onset_s, window))
             moves.append(tuple(own))
         return Carried(severity, onset, tuple(moves))
+
+    def off_by_one_sd(self, hypothesis: Hypothesis) -> list[FaultSet]:
+        """The faults of ``hypothesis`` with the size of its one fault off by a standard deviation; none if it has none.
+
+        It is off to the side on which the tables leave room.
+        """
+        if hypothesis.between is None:
+            return []
+        (fault,), (low, high) = hypothesis.faults, hypothesis.between
+        sd, allowed = (high - low) / WITH_95_PERCENT, self.modes[fault.fault].severity_range
+        sd = -sd if fault.severity + sd > allowed.high else sd
+        return [(replace(fault, severity=fault.severity + sd),)]
 
     def rate_per_unit(self, effect: Effect, window: Window) -> float:
         """Change of the effect's quantity for each unit of severity, per second for a balance; 0 where nobody knows."""

@@ -25,8 +25,8 @@ from homeostat.process.seeds import Stream, generator
 from homeostat.process.sequence import Guard, InputSequence
 from homeostat.process.types import Cube, Flags, Indices, Table, Vec
 from homeostat.stl.formula import Formula
-from homeostat.twin.calibration import Posterior, calibrate, prior
-from homeostat.twin.carried import Carrier
+from homeostat.twin.calibration import Posterior, Present, calibrate, prior
+from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.forecast import Ensemble, Forecast, Past, after, follow, forecast, synchronise
 from homeostat.twin.history import History, Window
 from homeostat.twin.isolation.ended import STRETCHES, Ended
@@ -81,7 +81,7 @@ class Twin:
         self._parameters: tuple[ModelParameter, ...] = description.parameters
         self.settings = settings
         self._seed = seed
-        self._posterior: Posterior = prior(model, self._parameters)
+        self._posterior = self._healthy = prior(model, self._parameters)
         self._timing = description.timing
         self._history = History(
             description.variables, model.inputs, settings.settle_rows, tick_s=description.timing.tick_s
@@ -120,14 +120,20 @@ class Twin:
 
     def calibrate(self, seconds: float) -> None:
         """Learn the parameters from the last ``seconds``, in which the plant was healthy."""
-        self._posterior = self._learned(prior(self._model, self._parameters), seconds, ())
+        self._posterior = self._healthy = self._learned(prior(self._model, self._parameters), seconds, [()])
 
-    def recalibrate(self, seconds: float, faults: Sequence[FaultState]) -> None:
-        """Sharpen the posterior of the parameters by the last ``seconds``, in which ``faults`` were present."""
-        self._posterior = self._learned(self._posterior, seconds, tuple(faults))
+    def recalibrate(self, seconds: float, hypotheses: Sequence[Hypothesis]) -> None:
+        """Sharpen the posterior of the parameters by the last ``seconds``, in which one of ``hypotheses`` was true.
 
-    def _learned(self, posterior: Posterior, seconds: float, faults: tuple[FaultState, ...]) -> Posterior:
-        window, present = self._last(seconds), self._carrier.carry([faults], self._history.window(1))
+        All are of the same faults; what their sizes may explain as well is left to them. What was sharpened before is
+        replaced: the model errs in the same way for minutes, and many such looks would make it sure of an error.
+        """
+        first = max(hypotheses, key=lambda h: h.probability)
+        self._posterior = self._learned(self._healthy, seconds, [first.faults, *self._carrier.off_by_one_sd(first)])
+
+    def _learned(self, posterior: Posterior, seconds: float, faults: Sequence[FaultSet]) -> Posterior:
+        window, now = self._last(seconds), self._history.window(1)
+        present = [Present(own, self._carrier.carry([own], now)) for own in faults]
         return calibrate(self._model, window, posterior, present, self.settings.errors, self.settings.initial)
 
     def explain(
@@ -194,7 +200,8 @@ class Twin:
         return self._drawn
 
     def _draw(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose) -> Ensemble:
-        parameters = np.tile(self._posterior.draws(draws, generator(self._seed, purpose)), (len(hypotheses), 1))
+        own = self._posterior.draws(draws, generator(self._seed, purpose))
+        parameters = np.vstack([own + self._posterior.change(h.faults) for h in hypotheses])
         follows = np.repeat(np.arange(len(hypotheses)), draws)
         return self._synchronised(parameters, hypotheses, follows, generator(self._seed, Stream.TWIN_NOISE, purpose))
 
@@ -206,7 +213,11 @@ class Twin:
         chance = generator(self._seed, Stream.TWIN_CERTIFY, name)
         probability = np.array([h.probability for h in hypotheses])
         follows = chance.choice(len(hypotheses), size=count, p=probability / probability.sum())
-        return self._synchronised(self._posterior.draws(count, chance), hypotheses, follows, chance)
+        changes = np.vstack(
+            [self._posterior.change(h.faults) + np.zeros(len(self._posterior.mean)) for h in hypotheses]
+        )
+        parameters = self._posterior.draws(count, chance) + changes[follows]
+        return self._synchronised(parameters, hypotheses, follows, chance)
 
     def _synchronised(
         self, parameters: Table, hypotheses: Sequence[Hypothesis], follows: Indices, noise: np.random.Generator

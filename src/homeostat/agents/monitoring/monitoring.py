@@ -277,13 +277,14 @@ class TwinMonitoring:
         return self._twin.frozen().explain(ordered, self._known, deviates, since_s, self._said, news, self._from_s)
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
-        """Where one fault of one size explains everything since the release, learn the parameters from that time."""
-        (first, *others) = with_a_twin(hypotheses)
-        if self._released_s is None or others:
+        """Where one fault, of whatever size, explains all since the release, learn the parameters from then on."""
+        carried = with_a_twin(hypotheses)
+        one = len(carried) == 1 or (len({h.name for h in carried}) == 1 and carried[0].between is not None)
+        if self._released_s is None or not one:
             return
         seconds = min(self._at_s - self._released_s, self._settings.review_s) - self._timing.time_s(MOVED_S)
         if seconds >= self._settings.review_s / 2:
-            self._twin.recalibrate(seconds, first.faults)
+            self._twin.recalibrate(seconds, carried)
 
     def _unsure(self, hypotheses: tuple[Hypothesis, ...]) -> bool:
         """Whether no explanation stands out."""

@@ -59,8 +59,22 @@ class _Watched:
     lifting: bool = False
     uncarried: float = 0.0
     uncarried_s: float = 0.0
+    said: float = 0.0
+    said_s: float = 0.0
     fell: bool = False
     fell_until_s: float = -math.inf
+
+    def hear(self, said: float, dt_s: float, counted_s: float, cusum: float) -> None:
+        """Add up what the very reading says, and for how long, believed or not; NaN says nothing.
+
+        What was not believed and has come back is forgotten.
+        """
+        if math.isnan(said):
+            return
+        self.said = _cumulated(self.said, said, counted_s, cusum)
+        if said >= 0.0:
+            self.said = min(self.said, self.raw)
+        self.said_s = self.said_s + dt_s if self.said > 0.0 else 0.0
 
 
 class TripWatch:
@@ -158,7 +172,7 @@ class TripWatch:
             for name in self._rules.start_up.limits.keys() & self._watched.keys():
                 watched = self._watched[name]
                 watched.raw, watched.corrected, watched.violated = 0.0, 0.0, False
-                watched.disputed = False
+                watched.disputed, watched.said, watched.said_s = False, 0.0, 0.0
                 self._falls[name].forget()
         self._starting = starting
 
@@ -173,13 +187,19 @@ class TripWatch:
         uncertain = not math.isnan(said) and readings is not None and bool(limit.formula.tags & readings.uncertain)
         unbelieved = uncertain or self._has_fallen(watched, rule, said, values, now_s)
         watched.doubted_s = _used(watched.doubted_s, dt_s, rule.grace_s, unbelieved)
+        if unbelieved and said < 0.0:  # and has been since the reading first violated the limit
+            watched.doubted_s = max(watched.doubted_s, watched.said_s + dt_s)
         doubted = math.isnan(said) or (unbelieved and watched.doubted_s <= rule.grace_s)
         if not doubted:
+            if said < 0.0:  # what was not believed and has stayed was true all the time
+                watched.raw = max(watched.raw, watched.said)
             contradicted = said > 0.0 and rule.carrier is not None and margin_of(rule.carrier, values) < 0.0
             watched.refuted_s = _used(watched.refuted_s, dt_s, self._refuted_s, contradicted)
         # What carries a limit takes back nothing that its readings have shown.
         carried = self._carried(rule, watched, readings) if doubted and watched.refuted_s <= self._refuted_s else None
         raw = said if carried is None else min(carried, 0.0)
+        counted_s = min(dt_s, LONGEST * self._tick_s)
+        watched.hear(said, dt_s, counted_s, rule.cusum)
         if math.isnan(raw):  # a violated limit has not come back because nobody sees it any more
             return blind or (violation(limit, raw) if watched.violated else None)
         explained = self._explained(limit, values) or (raw,)
@@ -187,7 +207,7 @@ class TripWatch:
         if self._fresh and watched.lifting and not watched.violated and min(said, told, unjumped) >= 0.0:
             # What a correction showed alone, and the carrier refuted, goes with it.
             watched.corrected = min(watched.corrected, watched.raw)
-        counted_s, corrected = min(dt_s, LONGEST * self._tick_s), min(told, unjumped)
+        corrected = min(told, unjumped)
         watched.raw = _cumulated(watched.raw, raw, counted_s, rule.cusum)
         self._dispute(rule, watched, said, told, dt_s, uncertain)
         counted = unjumped if watched.disputed else corrected  # a jump is no correction that somebody made

@@ -67,7 +67,7 @@ def uncommanded(bench: Bench) -> Iterator[Finding]:
                 f"'{limit.formula}' reads {read}, which nobody commands: while it does not hold, it forbids every "
                 "step, also one that would help, and every fallback that does not set it aside"
             )
-            remedy = "name what must not be commanded, such as 'T1.sp <= 25 or L1 >= 30'"
+            remedy = "name what must not be commanded, such as 'HEATER.sp <= 25 or LEVEL >= 30'"
             yield Finding(Severity.WARNING, "rules", place, what, remedy)
             continue
         for fault, tag, stands in _stuck(bench):
