@@ -71,9 +71,9 @@ def test_a_page_that_is_older_says_so_or_is_named(project: Path, changed: str) -
 
 
 def test_sources_that_are_again_what_was_measured_are_not_newer(project: Path) -> None:
-    before = (project / "src/two.py").read_text("utf-8")
-    put(project, "src/two.py", "2")
-    put(project, "src/two.py", before)
+    before = (project / "src/one.py").read_text("utf-8")
+    put(project, "src/one.py", "2")
+    put(project, "src/one.py", before)
     assert check(project) == ([], [])
 
 
