@@ -55,6 +55,8 @@ def _page(root: Path, name: str, command: str, paths: list[str]) -> str:
     if _git(root, "cat-file", "-e", f"{commit}^{{commit}}").returncode:
         return f"{page}: git does not know commit {commit} here (a shallow clone?), so whether it is older: cannot tell"
     since = _git(root, "log", "--format=%h", f"{commit}..HEAD", "--", *paths).stdout.split()
+    if _git(root, "diff", "--quiet", commit, "HEAD", "--", *paths).returncode == 0:
+        since = []  # a merge brought the same sources from another side, or a change was taken back
     if since and not older:
         return (
             f"{page} was measured at {commit}; what it measures changed in {len(since)} commits since, {since[0]} last"

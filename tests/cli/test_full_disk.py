@@ -31,7 +31,9 @@ def cramped(kibibytes: int, cwd: Path, cache: Path | None = None) -> Done:
     return Done(done.returncode, done.stdout, done.stderr, cwd)
 
 
-@pytest.mark.parametrize(("kibibytes", "outcome"), [(4, "fallback"), (30, "recovered")])
+@pytest.mark.parametrize(
+    ("kibibytes", "outcome"), [(4, "fallback"), pytest.param(30, "recovered", marks=pytest.mark.wide)]
+)
 def test_the_person_is_told_everything_and_the_run_ends(tmp_path: Path, kibibytes: int, outcome: str) -> None:
     done = cramped(kibibytes, tmp_path)
     lines = [line.split()[2:] for line in done.out.partition("\n\n")[0].splitlines()]

@@ -12,6 +12,7 @@ from homeostat.console.card.episode import plainly
 from homeostat.console.opened import OpenedRun
 from homeostat.console.view import seen, shown
 from homeostat.domain.alternative import AlternativeKind
+from homeostat.domain.events.foresight import Foreseen
 from homeostat.domain.events.guard import Armed
 from homeostat.domain.events.recovery import Attempted, Compared, Diagnosed, ReleasedActions
 from homeostat.domain.events.trips import FallbackActivated
@@ -111,3 +112,19 @@ def test_every_moment_of_a_run_can_be_shown(recovered: OpenedRun) -> None:
         moment = seen(recovered, entry.at_s)
         assert moment.overview is not None and moment.at_s == entry.at_s
         assert (moment.card is None) == (entry.at_s < (shown(recovered).begins_s or 0.0))
+
+
+def test_what_is_foreseen_is_the_journals_and_of_before(recovered: OpenedRun) -> None:
+    told = [(e.at_s, e.event) for e in recovered.entries if isinstance(e.event, Foreseen)]
+    alone_s, alone = next((at_s, e) for at_s, e in told if not e.digest)
+    checked_s, checked = next((at_s, e) for at_s, e in told if e.digest)
+    assert alone.first is not None and alone.first.earliest_s <= alone.first.middle_s <= alone.first.latest_s
+    before = seen(recovered, alone_s - 1.0).card
+    assert before is None or before.foresight is None
+    card = card_at(recovered, checked_s)
+    assert card.foresight is not None and card.foresight.told == alone
+    assert card.foresight.limit == "Highest reactor temperature"
+    assert card.proposal is not None and card.proposal.foresight is not None and card.proposal.beside is not None
+    assert (card.proposal.foresight.told, card.proposal.beside.told) == (checked, alone)
+    tags = {tag.name for tag in shown(recovered).tags if tag.limits}
+    assert tags <= {band.tag for band in checked.bands}

@@ -39,6 +39,9 @@ def test_ten_seconds_answer_four_questions(page: Any, console: Served) -> None:
     answers = page.locator(".answers").inner_text()
     assert "Cooling valve stuck towards closed" in answers and "Reduced load" in answers
     assert f"+{float(format(worst['margin'], '.3g'))} {worst['unit']} at worst" in answers
+    assert re.search(r"If nothing is done, the first hard limit is reached in \d+ s to ", answers)
+    bands = page.get_by_role("img", name="T1: with the proposal")
+    assert bands.count() == 1 and bands.locator("polygon").count() == 2 and bands.locator(".bound").count() >= 1
     assert page.locator(".flowsheet .suspect").count() == 1 and page.locator(".uplot canvas").first.is_visible()
 
 

@@ -48,7 +48,10 @@ def test_no_name_in_a_request_leads_to_a_file(console: Served, path: str) -> Non
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH", "OPTIONS"])
 def test_nothing_can_be_ordered(console: Served, method: str) -> None:
-    assert all(console.ask(path, method).status == 405 for path in ("/", "/api/run", "/api/moment", "/api/stream"))
+    paths, own = ("/", "/api/run", "/api/moment", "/api/stream"), {"Origin": console.address.rstrip("/")}
+    assert all(console.ask(path, method).status == 403 for path in paths), "not from the page"
+    sent = own | {"Content-Type": "application/json"}
+    assert all(console.ask(path, method, b"{}", **sent).status == 405 for path in paths)
 
 
 @pytest.mark.parametrize(

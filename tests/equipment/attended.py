@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import pwd
 import threading
 import time
 from dataclasses import dataclass
@@ -40,7 +41,8 @@ class _Connected:
 class Attended:
     """A guard that goes on in a thread; people reach it at its doors."""
 
-    def __init__(self, folder: Path, mode: Mode = Mode.APPROVE, **settings: Any) -> None:
+    def __init__(self, folder: Path, mode: Mode = Mode.APPROVE, believed: bool = True, **settings: Any) -> None:
+        """``believed``: whether names from this login count as people, as those of its console do."""
         folder.mkdir(parents=True, exist_ok=True)
         self.directory, self._lock, self._proposed = folder, threading.Lock(), 0
         begun = (folder / JOURNAL).exists()
@@ -62,8 +64,11 @@ class Attended:
         self._sealer = Sealer("check", KEY, lambda: person_s)
         board = StatusBoard(guard, _Connected(), lambda: 0, {"plant": "vessel", "configuration": "c" * 64})
         board.recall(records)
+        own = frozenset((pwd.getpwuid(os.getuid()).pw_name,)) if believed else frozenset()
         self.journal.subscribe(board.follow)
-        self.doors = Doors(folder, Behind(guard.mailbox.put, board.told, run_identity(folder)), {})
+        self.doors = Doors(
+            folder, Behind(guard.mailbox.put, board.told, run_identity(folder)), {}, own if believed else frozenset()
+        )
         self.journal.subscribe(self.doors.follow)
         self._board, self._ending = board, threading.Event()
         for _ in range(6):  # start-up is over

@@ -44,7 +44,9 @@ def alarms(person: Person) -> list[str]:
     return [e.cause for e in person.of(AlarmRaised) if e.alarm == "fallback wanted"]
 
 
-@pytest.mark.parametrize("answer", [reject, out_of_service("VI201.cmd", "VI203.cmd")])
+@pytest.mark.parametrize(
+    "answer", [reject, pytest.param(out_of_service("VI201.cmd", "VI203.cmd"), marks=pytest.mark.wide)]
+)
 def test_where_no_limit_is_in_danger_the_plant_is_left_as_it_is(answer: Answer) -> None:
     person, result = approving("mixing_module", "stuck_closed_VI202", answer, 130.0)
     assert alarms(person)[0].startswith("no path from 'filling_B202'"), "and nothing about a time: there is none"
@@ -53,7 +55,7 @@ def test_where_no_limit_is_in_danger_the_plant_is_left_as_it_is(answer: Answer) 
     assert [w.source for w in person.of(WriteIntended)] == ["t0", "t1"]
 
 
-@pytest.mark.parametrize("answer", [reject, out_of_service("F1.sp")])
+@pytest.mark.parametrize("answer", [out_of_service("F1.sp"), pytest.param(reject, marks=pytest.mark.wide)])
 def test_where_physics_leaves_a_time_the_fallback_acts_when_it_is_over(answer: Answer) -> None:
     person, result = approving("cstr", "cool_stuck_closed", answer, 2120.0)
     acted_s = next(at_s for event, at_s in person.seen if isinstance(event, FallbackActivated))

@@ -53,7 +53,14 @@ def killed(run: Path, into: Path, dies: str) -> Past:
 
 
 @pytest.mark.parametrize(
-    "dies", ["noticed", "diagnosed", "attempted", "write-intended", "write-ended", "state-entered", "released"]
+    "dies",
+    [
+        *("attempted", "write-intended", "released"),
+        *(
+            pytest.param(name, marks=pytest.mark.wide)
+            for name in ("noticed", "diagnosed", "write-ended", "state-entered")
+        ),
+    ],
 )
 def test_killed_at_any_step_of_its_recovery_the_reactor_is_recovered(
     plant: Plant, whole: tuple[Path, Run], tmp_path: Path, dies: str

@@ -127,6 +127,37 @@ def test_two_people_agree_within_their_time_and_one_person_is_one() -> None:
     assert set(world.journal.of(LatchReset)[0].persons) == {"Bo", "Ada"}
 
 
+def test_a_login_that_types_two_names_is_one_person() -> None:
+    world = running(settings=GuardSettings(persons=2, person_s=600.0, sync_s=5.0))
+    world.tick(6, L=14.0)
+
+    def order(person: str, login: str) -> PersonHeard:
+        name = f"order-{person}-{login}"
+        world.guard.mailbox.put(PersonCommand(name, person, Role.ENGINEER, Verb.RESET, reason="seen", login=login))
+        world.tick()
+        return world.journal.of(PersonHeard)[-1]
+
+    for person in ("Ada (login ops)", "Bo (login ops)", "ops", "Cem (login ops)"):
+        heard = order(person, "ops")
+        assert (heard.done, heard.missing) == (False, 1), person
+        assert heard.reason == (
+            "1 of 2 people; another person must order it too; all who order as login 'ops' are one person"
+        )
+    assert order("Bo (login eng)", "eng").done
+    assert len(world.journal.of(LatchReset)[0].persons) == 2
+
+
+def test_a_login_is_no_name() -> None:
+    world = running(settings=GuardSettings(persons=2, person_s=600.0, sync_s=5.0))
+    world.tick(6, L=14.0)
+    for number, (person, login) in enumerate((("login ops", ""), ("x", "ops"))):
+        world.guard.mailbox.put(
+            PersonCommand(f"o-{number}", person, Role.ENGINEER, Verb.RESET, reason="r", login=login)
+        )
+        world.tick()
+    assert world.journal.of(PersonHeard)[-1].done, "two people, and neither is taken for the other"
+
+
 def test_the_way_back_is_a_start_by_an_engineer_under_every_check() -> None:
     world = latched()
     assert tell(world, Verb.RESET, reason="repaired").done
@@ -432,3 +463,15 @@ def test_an_agreement_to_a_reset_is_none_to_closed_loop() -> None:
     assert tell(world, Verb.RESET, reason="seen", person="Bo").done
     assert tell(world, Verb.MODE, "closed-loop", person="Bo").missing == 1
     assert tell(world, Verb.MODE, "closed-loop", person="Ada").done
+
+
+def test_a_note_is_shown_to_proposers_for_an_hour_and_decides_nothing() -> None:
+    world = running()
+    assert tell(world, Verb.NOTE).reason == "'note' needs a reason"
+    for text in ("one", "two", "three", "four"):
+        assert tell(world, Verb.NOTE, reason=text).done
+    seen = world.tick()
+    assert seen.notes == ("four", "three", "two") and seen.mode is Mode.CLOSED_LOOP and seen.answers == ()
+    assert not tell(world, Verb.NOTE, reason="x" * 10_000).done
+    world.tick(3600)
+    assert world.tick().notes == ()

@@ -77,8 +77,9 @@ def test_a_test_move_is_released_like_everything_else_and_then_looked_at() -> No
     done = line(LITTLE).run()
     assert begun(done) == [10.0] and done.released[0] == 10.0
     assert done.kinds == [
-        "noticed", "diagnosed", "fallback-armed", "attempted", "probed", "released",
-        "noticed", "diagnosed", "probe-ended", "fallback-armed", "attempted", "compared", "released",
+        "noticed", "diagnosed", "foreseen", "fallback-armed", "attempted", "probed", "foreseen", "released",
+        "noticed", "diagnosed", "probe-ended", "foreseen", "fallback-armed", "attempted", "compared", "foreseen",
+        "released",
     ]  # fmt: skip
     assert done.when(ProbeEnded) == [15.0] and done.when(Diagnosed) == [10.0, 15.0]
     (end,) = done.trace.of(ProbeEnded)

@@ -28,7 +28,7 @@ from tests.recovery.line import GOOD, OFF
 def test_a_step_that_is_late_is_looked_at_although_no_fault_is_found() -> None:
     done = late().run()
     assert done.monitoring.deviations == [True] and done.when(Deviated) == [16.0]
-    assert done.kinds == ["noticed", "deviated", "fallback-armed", "no-action"]
+    assert done.kinds == ["noticed", "deviated", "foreseen", "fallback-armed", "no-action"]
     assert done.monitoring.outcomes == [], "nothing was done, and there is nothing to follow"
     event = done.trace.of(Deviated)[0]
     assert (event.state, event.transition) == ("running", "cools")

@@ -51,7 +51,9 @@ def test_a_plant_about_which_nothing_is_noticed_is_watched_and_nothing_else() ->
 def test_what_is_noticed_is_thought_about_once() -> None:
     done = Recovery(ticks(1, 30, DOOMED)).run()
     assert done.monitoring.diagnosed == [10.0] and done.desk.thoughts == 1
-    assert done.kinds == ["noticed", "diagnosed", "fallback-armed", "attempted", "compared", "released"]
+    assert done.kinds == [
+        "noticed", "diagnosed", "foreseen", "fallback-armed", "attempted", "compared", "foreseen", "released",
+    ]  # fmt: skip
     assert done.trace.of(Noticed)[0].symptoms == ("S-HOT",)
     assert done.monitoring.deviations == [False]
 

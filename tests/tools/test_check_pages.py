@@ -70,6 +70,13 @@ def test_a_page_that_is_older_says_so_or_is_named(project: Path, changed: str) -
     assert check(project) == ([], [])
 
 
+def test_sources_that_are_again_what_was_measured_are_not_newer(project: Path) -> None:
+    before = (project / "src/one.py").read_text("utf-8")
+    put(project, "src/one.py", "2")
+    put(project, "src/one.py", before)
+    assert check(project) == ([], [])
+
+
 def test_a_banner_over_a_page_that_is_not_older_goes(project: Path) -> None:
     rewritten(project, "# A page\n", f"# A page\n\n{BANNER} Measured before.\n")
     assert "nothing that it measures changed" in check(project)[0][0]

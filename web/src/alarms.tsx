@@ -1,6 +1,7 @@
 // Alarms in their states (ISA-18.2), and how many come at a time.
 
 import { useEffect, useState } from "preact/hooks";
+import { isKept } from "./kept";
 import type { Asked } from "./orders";
 import { mayOrder } from "./orders";
 import { ask, type AlarmList, type ListedAlarm, type Me, type Moment } from "./told";
@@ -43,7 +44,7 @@ export function Alarms({ now, me, order }: { now: Moment; me: Me; order: (asked:
       <h2>Alarms <span class="quiet">{list.standing.length} stand, {list.shelved.length} shelved, {list.within} raised in the last 10 min</span></h2>
       {list.flood && <p class="stale" role="alert"><b>■ Flood:</b> {list.within} alarms in 10 min. Begin with the first one (①) and with what is critical.</p>}
       <p class="choice"><button type="button" aria-pressed={past} onClick={() => show(!past)}>What is over ({list.past.length})</button>
-        <a class="button" href={`/api/alarms.csv?at=${now.at_s}`} download="alarms.csv">Export (CSV)</a></p>
+        {!isKept() && <a class="button" href={`/api/alarms.csv?at=${now.at_s}`} download="alarms.csv">Export (CSV)</a>}</p>
       {rows.length === 0 ? <p class="big quiet">No alarm stands.</p> : (
         <div class="scroll" tabIndex={0} role="region" aria-label="List of alarms"><table>
           <thead><tr><th>Priority</th><th>What</th><th>State</th><th class="n">Raised</th><th class="n">Over</th><th><span class="unseen">Orders</span></th></tr></thead>

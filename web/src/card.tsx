@@ -1,7 +1,9 @@
 // The card of an episode: four answers first, then everything that they stand on.
 
+import { Bands, TimeLeft, shownOf } from "./foresight";
 import { FeatureChart } from "./trends";
-import type { Card, Margin, Moment, Move, Proposal, Run } from "./told";
+import { useState } from "preact/hooks";
+import { send, type Card, type Margin, type Me, type Moment, type Move, type Proposal, type Retold, type Run } from "./told";
 import { amount, moment, percent, signed, span } from "./words";
 
 function moved(move: Move): boolean {
@@ -12,7 +14,7 @@ function target(value: number | null, unit: string): string {
   return value === null ? "automatic" : amount(value, unit);
 }
 
-function Moves({ moves }: { moves: Move[] }) {
+export function Moves({ moves }: { moves: Move[] }) {
   const changed = moves.filter(moved), kept = moves.filter((m) => !moved(m));
   return (
     <>
@@ -54,7 +56,7 @@ function MarginRow({ m, most, compared }: { m: Margin; most: number; compared: b
   );
 }
 
-function Margins({ proposal }: { proposal: Proposal }) {
+export function Margins({ proposal }: { proposal: Pick<Proposal, "margins" | "members" | "checks"> }) {
   if (!proposal.margins.length) return null;
   const most = Math.max(1, ...proposal.margins.map((m) => Math.min(5, Math.abs(m.scaled))));
   const compared = proposal.margins.some((m) => m.actual !== null);
@@ -111,7 +113,8 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
         <h2 class="question">How long is left</h2>
         {left !== null ? <><p class="big">{span(left)}</p><p>Then fallback ‘{o?.fallback}’ acts, at {moment(o!.act_by_s!)}.</p></>
           : <p class="big quiet">No deadline</p>}
-        {card.alone && <p>If nothing is done: {card.alone}</p>}
+        <TimeLeft card={card} at={now.at_s} />
+        {card.alone && !card.foresight && <p>If nothing is done: {card.alone}</p>}
       </div>
     </div>
   );
@@ -160,7 +163,31 @@ function Quality({ now, run }: { now: Moment; run: Run }) {
   );
 }
 
-export function EpisodeCard({ run, now, decision }: { run: Run; now: Moment; decision: preact.ComponentChildren }) {
+const LANGUAGES: [string, string][] = [["en", "English"], ["de", "Deutsch"], ["fr", "Français"], ["es", "Español"], ["it", "Italiano"], ["pl", "Polski"], ["pt", "Português"], ["tr", "Türkçe"], ["zh", "中文"], ["ja", "日本語"]];
+
+// A model's words stand apart from the facts, and say whose they are.
+function RetoldBy({ run, me, at }: { run: Run; me: Me; at: number }) {
+  const [language, choose] = useState(() => LANGUAGES.find(([code]) => navigator.language.startsWith(code))?.[0] ?? "en");
+  const [said, say] = useState<{ retold: Retold; at: number; language: string } | null>(null), [failed, fail] = useState(""), [going, go] = useState(false);
+  const submit = async () => {
+    go(true);
+    fail("");
+    try { say({ retold: await send<Retold>("POST", "/api/retold", { at_s: at, language }, me.token), at, language }); } catch (e) { say(null); fail((e as Error).message); }
+    go(false);
+  };
+  return (
+    <div class="retold">
+      <p class="choice"><label>Have {run.model} say it in <select value={language} onChange={(e) => choose(e.currentTarget.value)}>{LANGUAGES.map(([code, name]) => <option key={code} value={code} lang={code}>{name}</option>)}</select></label>
+        {" "}<button type="button" disabled={going} onClick={() => void submit()}>{going ? "It is asked …" : "Ask it"}</button></p>
+      {failed && <p class="warn" role="alert">△ {failed}</p>}
+      {said && <blockquote><p><b>△ Words of {said.retold.model}, of {moment(said.at)}, not checked. The facts above count.</b></p>
+        {said.retold.strange.length > 0 && <p class="bad">■ Numbers that are not in the facts: {said.retold.strange.join(", ")}</p>}
+        <p lang={said.language}>{said.retold.text}</p></blockquote>}
+    </div>
+  );
+}
+
+export function EpisodeCard({ run, me, now, decision }: { run: Run; me: Me; now: Moment; decision: preact.ComponentChildren }) {
   const card = now.card;
   if (!card) return <section class="card" id="card" tabIndex={-1} aria-label="Episode"><h2>Episode</h2><p class="big quiet">Nothing is wrong and nothing was.</p></section>;
   const p = card.proposal;
@@ -173,6 +200,7 @@ export function EpisodeCard({ run, now, decision }: { run: Run; now: Moment; dec
         {p.moves.length > 0 && <Moves moves={p.moves} />}
         {p.later.map((s, k) => <div key={k} class="step"><p>Then, when <code>{s.guard}</code>: {s.state}</p><Moves moves={s.moves} /></div>)}
         <Margins proposal={p} /></div>}
+      <Bands run={run} shown={shownOf(card, now.at_s)} />
       {card.acted.map((a) => <div class="part wide" key={a.at_s}><h2>■ Fallback ‘{a.strategy}’ at {moment(a.at_s)}</h2><p>{a.reason}</p><Moves moves={a.moves} /></div>)}
       <div class="part"><h2>What may be wrong{card.diagnosed_s !== null && <span class="quiet"> judged at {moment(card.diagnosed_s)}</span>}</h2>
         {card.explanations.length ? <Explanations card={card} /> : <p>Nothing was diagnosed.</p>}</div>
@@ -185,6 +213,10 @@ export function EpisodeCard({ run, now, decision }: { run: Run; now: Moment; dec
       {card.choices.length > 0 && <div class="part wide"><h2>Cost{card.compared_s !== null && <span class="quiet"> compared at {moment(card.compared_s)}</span>}</h2><Choices card={card} /></div>}
       {card.refused.length > 0 && <div class="part wide"><h2>Refused</h2><ul>{card.refused.map((r, k) => (
         <li key={k}><span class="quiet">{moment(r.at_s)}</span> {r.what}: {r.why}</li>))}</ul></div>}
+      <div class="part wide"><details class="told"><summary>In words</summary>
+        {now.told.map((t) => <p key={t.heading}><b>{t.heading}.</b> {t.text}</p>)}
+        <p class="quiet">Made from the facts of this card by templates; nothing is added.</p>
+        {run.model && <RetoldBy run={run} me={me} at={now.at_s} />}</details></div>
       <div class="part"><h2>Quality of the data</h2><Quality now={now} run={run} /></div>
       {card.notes.length > 0 && <div class="part"><h2>Notes</h2>{card.notes.map((n) => <blockquote key={n}>{n}</blockquote>)}</div>}
     </section>

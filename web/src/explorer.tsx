@@ -2,6 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import uPlot from "uplot";
+import { isKept } from "./kept";
 import { colour, DASHES } from "./trends";
 import { ask, type Run, type Trend } from "./told";
 import { moment, span } from "./words";
@@ -11,14 +12,14 @@ const MOST = 5, LEAST_S = 10;
 interface Range { from: number; to: number }
 
 // One axis for all where the units agree, else each its own, named in the legend.
-function options(run: Run, tags: string[], width: number, range: Range): uPlot.Options {
+function options(run: Run, tags: string[], width: number, range: () => Range): uPlot.Options {
   const units = tags.map((n) => run.tags.find((t) => t.name === n)?.unit ?? ""), scales = [...new Set(units)];
   const quiet = colour("--quiet"), faint = colour("--faint");
   const strokes = [colour("--ink"), colour("--line2"), colour("--line3"), quiet, colour("--warn")];
   const axis = { stroke: quiet, grid: { stroke: faint, width: 1 }, ticks: { stroke: faint, width: 1 }, font: "12px system-ui, sans-serif" };
   return {
     width, height: 380, legend: { live: true }, cursor: { drag: { x: false, y: false } },
-    scales: { x: { time: false, range: [range.from, range.to] } },
+    scales: { x: { time: false, range: () => { const { from, to } = range(); return [from, to]; } } },
     axes: [{ ...axis, size: 34, values: (_u, at) => at.map((s) => `${s} s`) },
       ...scales.map((unit, k) => ({ ...axis, scale: unit, size: 64, side: k % 2 ? 1 : 3, label: unit === "1" ? "" : unit, labelSize: 18, grid: { show: k === 0, stroke: faint, width: 1 } }))],
     series: [{ label: "Time", value: (_u, s) => (s == null ? "–" : moment(s)) },
@@ -61,11 +62,12 @@ export function Explorer({ run, at, theme }: { run: Run; at: number; theme: stri
     if (!tags.length || !box.current) return;
     let gone = false;
     const width = Math.max(240, box.current.clientWidth);
+    chart.current?.setScale("x", { min: range.from, max: range.to }); // at once, with what is there; what is seen then follows
     const load = setTimeout(() => void ask<Trend>("/api/trend", { tag: tags, from: range.from, to: range.to, width }).then((told) => {
       if (gone || !box.current) return;
       fail("");
       chart.current?.destroy();
-      chart.current = new uPlot({ ...options(run, tags, width, range),
+      chart.current = new uPlot({ ...options(run, tags, width, () => held.current),
         hooks: { setCursor: [(u) => setUnder(u.cursor.idx == null ? null : u.data[0][u.cursor.idx] ?? null)],
           draw: [(u) => {
             if (mark === null) return;
@@ -110,7 +112,7 @@ export function Explorer({ run, at, theme }: { run: Run; at: number; theme: stri
       <p class="choice">{([["10 min", 600], ["1 h", 3600], ["8 h", 28800], ["all", 1e9]] as [string, number][]).map(([name, s]) => <button type="button" key={name} onClick={() => move(at - s, at)}>{name}</button>)}
         <button type="button" onClick={() => pan(-0.5)} aria-label="Back">←</button><button type="button" onClick={() => pan(0.5)} aria-label="On">→</button>
         <button type="button" onClick={() => zoom(0.5)} aria-label="Zoom in">+</button><button type="button" onClick={() => zoom(2)} aria-label="Zoom out">−</button>
-        <a class="button" href={`/api/readings.csv?${csv}`} download="readings.csv">Export (CSV)</a>
+        {!isKept() && <a class="button" href={`/api/readings.csv?${csv}`} download="readings.csv">Export (CSV)</a>}
         <button type="button" onClick={() => chart.current && picture(chart.current, "trend.png")}>Picture (PNG)</button></p>
       {failed && <p class="warn" role="alert">△ {failed}</p>}
       <div ref={box} class="plot" tabIndex={0} role="application" aria-label="Trend: arrows pan, plus and minus zoom" onWheel={wheel}

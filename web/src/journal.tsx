@@ -1,6 +1,7 @@
 // The journal line by line, and what its verification says.
 
 import { useEffect, useState } from "preact/hooks";
+import { isKept } from "./kept";
 import { ask, type JournalPage, type Verified } from "./told";
 import { moment } from "./words";
 
@@ -20,7 +21,7 @@ export function JournalView({ seek }: { seek: (at: number) => void }) {
   return (
     <section id="journal" class="wide" tabIndex={-1} aria-label="Journal">
       <h2>Journal</h2>
-      <p role="status">{said ? <b class={said.whole ? "" : "bad"}>{said.whole ? "✓" : "■"} {said.text}</b> : "Being verified …"} <button type="button" onClick={verify}>Verify again</button></p>
+      <p role="status">{said ? <b class={said.whole ? "" : "bad"}>{said.whole ? "✓" : "■"} {said.text}</b> : "Being verified …"} {!isKept() && <button type="button" onClick={verify}>Verify again</button>}</p>
       <p class="filters">
         <label>Kind <select value={kind} onChange={(e) => { setKind(e.currentTarget.value); setBefore(0); }}>
           <option value="">all</option>{found?.kinds.map((k) => <option key={k} value={k}>{k}</option>)}</select></label>

@@ -7,13 +7,16 @@ import "./console.css";
 import { EpisodeCard } from "./card";
 import { OverviewLine } from "./overview";
 import { Freshness } from "./fresh";
+import { Ask } from "./ask";
 import { Alarms } from "./alarms";
+import { Compare } from "./compare";
 import { Explorer } from "./explorer";
 import { JournalView } from "./journal";
 import { Flowsheet, Indicators } from "./plant";
 import { SPEEDS, usePlayer, type Player } from "./player";
 import { Decision, OrderDialog, Orders, approving, mayOrder, offered, rejecting, type Asked } from "./orders";
 import { SignIn, Who } from "./people";
+import { isKept, load } from "./kept";
 import { ask, Refused, type Line, type Me, type Run } from "./told";
 import { TrendChart } from "./trends";
 import { moment, span } from "./words";
@@ -71,7 +74,7 @@ function useKeys(run: Run | null, player: Player, turn: () => void, help: () => 
       const go: Record<string, () => void> = {
         " ": player.toggle, ArrowLeft: () => player.seek(at - step), ArrowRight: () => player.seek(at + step),
         Home: () => player.seek(0), End: () => (run?.live ? player.follow() : player.seek(run?.last_s ?? 0)), "+": () => player.quicken(1), "-": () => player.quicken(-1),
-        6: () => view("alarms"), 7: () => view("trends"), 8: () => view("journal"), 0: () => view("plant"),
+        6: () => view("alarms"), 7: () => view("trends"), 8: () => view("journal"), 9: () => isKept() || view("ask"), 0: () => view("plant"), c: () => run?.beside && view("compare"),
         t: turn, "?": help, a: () => decide(true), r: () => decide(false), e: () => run?.begins_s != null && player.seek(run.begins_s),
         1: () => jump("card"), 2: () => jump("readings"), 3: () => jump("trends"), 4: () => jump("plant"), 5: () => jump("log"),
       };
@@ -83,8 +86,8 @@ function useKeys(run: Run | null, player: Player, turn: () => void, help: () => 
   });
 }
 
-type View = "plant" | "alarms" | "trends" | "journal";
-const VIEWS: [View, string, string][] = [["plant", "Episode and plant", "0"], ["alarms", "Alarms", "6"], ["trends", "Trends", "7"], ["journal", "Journal", "8"]];
+type View = "plant" | "alarms" | "trends" | "journal" | "ask" | "compare";
+const VIEWS: [View, string, string][] = [["plant", "Episode and plant", "0"], ["alarms", "Alarms", "6"], ["trends", "Trends", "7"], ["journal", "Journal", "8"], ["ask", "What if", "9"], ["compare", "Two runs", "c"]];
 
 function jump(id: string) {
   const part = document.getElementById(id);
@@ -142,16 +145,18 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
         <div class="desk"><Orders me={me} now={now} tags={writable} order={order} /><Who me={me} signed={signed} /></div></header>
       <Freshness run={run} player={player} />
       <Transport run={run} player={player} theme={theme} turn={turn} />
-      <nav class="views" aria-label="Views">{VIEWS.filter(([name]) => name !== "trends" || run.measured).map(([name, text, key]) => (
+      <nav class="views" aria-label="Views">{VIEWS.filter(([name]) => (name !== "trends" || run.measured) && (name !== "ask" || !isKept()) && (name !== "compare" || run.beside)).map(([name, text, key]) => (
         <button type="button" key={name} aria-pressed={view === name} title={key} onClick={() => show(name)}>{text}{name === "alarms" && now.overview?.folded.length ? ` (${now.overview.folded.length})` : ""}</button>))}</nav>
-      {run.notice && <p class={run.live ? "notice calm" : "notice"} role="status">{run.live ? "" : "△ "}{run.notice}</p>}
-      {helped && <p class="notice">Space: play or pause. ← →: 10 s, with Shift 60 s. Home, End. + −: speed. e: first symptom. t: theme. a: approve, r: reject. 1 card, 2 readings, 3 trends, 4 plant, 5 events. 6 alarms, 7 trends of any tags, 8 journal, 0 back.</p>}
+      {run.notice && <p class={run.live || isKept() ? "notice calm" : "notice"} role="status">{run.live || isKept() ? "" : "△ "}{run.notice}</p>}
+      {helped && <p class="notice">Space: play or pause. ← →: 10 s, with Shift 60 s. Home, End. + −: speed. e: first symptom. t: theme. a: approve, r: reject. 1 card, 2 readings, 3 trends, 4 plant, 5 events. 6 alarms, 7 trends of any tags, 8 journal, 9 what if, c two runs, 0 back.</p>}
       <main class={`${run.measured && view === "plant" ? "" : "single"} ${now.fresh?.old || player.silent_s || player.lost ? "old" : ""}`}>
         {view === "alarms" && <Alarms now={now} me={me} order={order} />}
         {view === "trends" && <Explorer run={run} at={Math.max(now.at_s, 1)} theme={theme} />}
         {view === "journal" && <JournalView seek={(to) => { player.seek(to); show("plant"); }} />}
+        {view === "compare" && run.beside && <Compare run={run} now={now} theme={theme} seek={player.seek} />}
+        {view === "ask" && <Ask run={run} me={me} at={now.at_s} />}
         {view === "plant" && <>
-        <EpisodeCard run={run} now={now} decision={offer && now.card?.proposal && <Decision offer={offer} proposal={now.card.proposal} now={now} order={order} />} />
+        <EpisodeCard run={run} me={me} now={now} decision={offer && now.card?.proposal && <Decision offer={offer} proposal={now.card.proposal} now={now} order={order} />} />
         {run.measured && <div class="side">
           <section id="readings" tabIndex={-1} aria-label="Readings"><h2>Readings</h2>
             <Indicators run={run} now={now} />
@@ -172,4 +177,4 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
   );
 }
 
-render(<App />, document.body);
+void load().then(() => render(<App />, document.body), () => { document.body.textContent = "■ What is kept in this file cannot be read."; });

@@ -29,13 +29,13 @@ function age(tag: Tag, now: Moment): string {
 
 export function Indicators({ run, now }: { run: Run; now: Moment }) {
   const shown = run.tags.filter((t) => t.role === "PV" && !/\.(err|rate|travel)$/.test(t.name));
-  const out = new Map(now.overview?.out_of_service ?? []);
+  const out = new Map(now.overview?.out_of_service ?? []), doubts = doubted(run, now);
   return (
-    <ul class="indicators">{shown.map((t) => <Indicator key={t.name} tag={t} now={now} out={out.get(t.name)} />)}</ul>
+    <ul class="indicators">{shown.map((t) => <Indicator key={t.name} tag={t} now={now} out={out.get(t.name)} doubt={doubts.get(t.name)} />)}</ul>
   );
 }
 
-function Indicator({ tag, now, out }: { tag: Tag; now: Moment; out: string | undefined }) {
+function Indicator({ tag, now, out, doubt }: { tag: Tag; now: Moment; out: string | undefined; doubt: string | undefined }) {
   const value = now.values[tag.name], wrong = sign(tag, now), quality = now.quality[tag.name];
   const ends = [...tag.limits.map((l) => l.value), ...(tag.usual ?? []), ...(typeof value === "number" ? [value] : [])];
   const around = tag.usual ? 2.5 * (tag.usual[1] - tag.usual[0]) : 0;
@@ -57,6 +57,7 @@ function Indicator({ tag, now, out }: { tag: Tag; now: Moment; out: string | und
       <span class="value">{MARKS[wrong] && <span class="mark">{MARKS[wrong]} </span>}{amount(value, tag.unit)}</span>
       {(quality || out !== undefined || age(tag, now)) && (
         <span class="poor">{quality ? `${quality[0]}: ${quality[1]}` : ""}{out !== undefined ? " out of service" : ""}{age(tag, now)}</span>)}
+      {doubt !== undefined && <span class="poor">▲ not to be trusted: {doubt}</span>}
     </li>
   );
 }
@@ -70,11 +71,24 @@ function way(points: [number, number][]): string {
   return said;
 }
 
-export function Flowsheet({ run, sheet, now }: { run: Run; sheet: Sheet; now: Moment }) {
-  const suspects = new Map<string, string>();
+// Component that may be faulty -> what may be wrong with it.
+function suspected(now: Moment): Map<string, string> {
+  const found = new Map<string, string>();
   for (const e of now.card && now.card.over_s === null ? now.card.explanations : []) {
-    if (e.probability >= 0.2) for (const c of e.component.split(", ")) if (c) suspects.set(c, e.text);
+    if (e.probability >= 0.2) for (const c of e.component.split(", ")) if (c) found.set(c, e.text);
   }
+  return found;
+}
+
+// Tag whose instrument may be faulty -> what may be wrong with it: its reading is not what the plant does.
+function doubted(run: Run, now: Moment): Map<string, string> {
+  const suspects = suspected(now);
+  const lines = run.sheet?.boxes.flatMap((b) => b.lines) ?? [];
+  return new Map(lines.flatMap((l) => (l.tag && suspects.has(l.bubble) ? [[l.tag, suspects.get(l.bubble)!] as [string, string]] : [])));
+}
+
+export function Flowsheet({ run, sheet, now }: { run: Run; sheet: Sheet; now: Moment }) {
+  const suspects = suspected(now);
   const tags = new Map(run.tags.map((t) => [t.name, t]));
   const kinds = [...new Set(sheet.arrows.map((a) => a.kind))];
   return (

@@ -1,6 +1,7 @@
 // How the moment that is shown moves on: played, followed, or sought; and how long nothing was heard.
 
 import { useCallback, useEffect, useRef, useState } from "preact/hooks";
+import { isKept, momentAt } from "./kept";
 import { ask, type Moment, type Run } from "./told";
 
 export const SPEEDS = [1, 5, 10, 30, 60, 300, 1000];
@@ -37,7 +38,7 @@ export function usePlayer(run: Run | null, refused: () => void): Player {
   const latest = useRef(0), asked = useRef(0);
   const take = useCallback((m: Moment) => {
     latest.current = m.at_s;
-    setNow((old) => (m.overview || !old ? m : { ...m, overview: old.overview, card: old.card }));
+    setNow((old) => (m.overview || !old ? m : { ...m, overview: old.overview, card: old.card, told: old.told }));
   }, []);
   const look = useCallback(async (at: number) => {
     const mine = ++asked.current;
@@ -61,6 +62,16 @@ export function usePlayer(run: Run | null, refused: () => void): Player {
   }, [run]);
   useEffect(() => {
     if (!playing || !known) return;
+    if (isKept()) {
+      const begun = performance.now();
+      const step = setInterval(() => {
+        const at = Math.min(from + (speed * (performance.now() - begun)) / 1000, run!.last_s);
+        hear();
+        take(momentAt(at));
+        if (at >= run!.last_s) { clearInterval(step); setPlaying(false); }
+      }, 200);
+      return () => clearInterval(step);
+    }
     const stream = new EventSource(`/api/stream?at=${from}&speed=${speed}`);
     let again: ReturnType<typeof setTimeout> | undefined;
     stream.onmessage = (e) => { hear(); setLost(false); take(JSON.parse(e.data) as Moment); };

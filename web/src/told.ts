@@ -1,5 +1,7 @@
 // What the server tells, as it tells it. Every text is data: it becomes text of the page and never markup.
 
+import { isKept, kept } from "./kept";
+
 export interface Limit { name: string; text: string; value: number; upper: boolean; hard: boolean }
 export interface Tag {
   name: string; text: string; role: string; unit: string; low: number; high: number;
@@ -16,6 +18,7 @@ export interface Line { at_s: number; label: string; text: string; tone: string 
 export interface Run {
   title: string; notice: string; live: boolean; closed: boolean; attached: boolean; measured: boolean; last_s: number;
   begins_s: number | null; decided_s: number | null; tags: Tag[]; panels: Panel[]; sheet: Sheet | null; lines: Line[];
+  beside: boolean; model: string;
 }
 
 export interface Raised { alarm: string; cause: string; priority: string; since_s: number; acknowledged: boolean }
@@ -43,10 +46,23 @@ export interface Margin {
   scaled: number; hard: boolean; actual: number | null; actual_at_s: number | null;
 }
 export interface Certificate { draws: number; violations: number; bound: number; level: number }
+export interface Reached { limit: string; members: number; probability: number; earliest_s: number; middle_s: number; latest_s: number }
+export interface Foreseen {
+  digest: string; from_s: number; length_s: number; members: number; ends_s: number[];
+  bands: { tag: string; low: number[]; high: number[] }[]; first: Reached | null; reached: Reached[]; note: string;
+}
+export interface Foresight { told: Foreseen; limit: string }
+export interface Setpoint { tag: string; text: string; unit: string; low: number; high: number; design: number | null; now: number | null }
+export interface Option { state: string; label: string; setpoints: Setpoint[] }
+export interface Tried {
+  at_s: number; state: string; moves: Move[]; approved: boolean; objections: string[]; margins: Margin[]; foresight: Foresight; beside: Foresight;
+  cost: number | null; cost_alone: number | null; currency: string; assumed: [string, number][]; learnt_s: number;
+}
 export interface Proposal {
   what: string; digest: string; proposer: string; at_s: number; status: string; released_s: number | null;
   seconds: number; path: string[]; moves: Move[]; later: Later[]; reasons: string[]; approved: boolean;
   members: number; margins: Margin[]; checks: number; certificate: Certificate | null;
+  foresight: Foresight | null; beside: Foresight | null;
 }
 export interface LetBe { at_s: number; state: string; margin: number }
 export interface Choice {
@@ -56,13 +72,13 @@ export interface Refusal { at_s: number; what: string; why: string }
 export interface Acted { at_s: number; strategy: string; reason: string; moves: Move[]; stands: boolean }
 export interface Card {
   since_s: number; over_s: number | null; headline: string; probability: number | null; diagnosed_s: number | null;
-  seen: Symptom[]; explanations: Explanation[]; alone: string; let_be: LetBe | null; proposal: Proposal | null; currency: string;
+  seen: Symptom[]; explanations: Explanation[]; alone: string; foresight: Foresight | null; let_be: LetBe | null; proposal: Proposal | null; currency: string;
   compared_s: number | null; choices: Choice[]; refused: Refusal[]; acted: Acted[]; notes: string[];
 }
 export interface Moment {
   at_s: number; sampled_s: number; values: Record<string, number | null>;
   quality: Record<string, [string, string]>; targets: Record<string, number | null>; violated: string[];
-  fresh: Fresh | null; overview: Overview | null; card: Card | null;
+  fresh: Fresh | null; overview: Overview | null; card: Card | null; told: { heading: string; text: string }[];
 }
 export interface Fresh { age_s: number | null; old: boolean; trouble: string; thinking: string }
 export interface Trend { times_s: number[]; series: [string, (number | null)[]][] }
@@ -78,6 +94,7 @@ export interface JournalLine { number: number; at_s: number; kind: string; text:
 export interface JournalPage { lines: JournalLine[]; kinds: string[]; more: boolean; trouble: string }
 export interface Verified { whole: boolean; closed: boolean; signed: number; lines: number; text: string }
 export interface Me { people: boolean; orders: boolean; name: string | null; access: "viewer" | "operator" | "engineer" | null; token: string | null }
+export interface Retold { text: string; model: string; strange: string[] }
 export interface Came { done: boolean; reason: string; counts: boolean }
 
 // What the server does not do, with its number: 401 where somebody must sign in, 0 where nothing came back.
@@ -100,10 +117,11 @@ async function answered<T>(path: string, init?: RequestInit): Promise<T> {
 export async function send<T>(method: "POST" | "DELETE", path: string, content: object, token: string | null): Promise<T> {
   const headers: Record<string, string> = { "Content-Type": "application/json" };
   if (token) headers["X-Homeostat-Token"] = token;
-  return answered<T>(path, { method, headers, body: JSON.stringify(content), signal: AbortSignal.timeout(30_000) });
+  return answered<T>(path, { method, headers, body: JSON.stringify(content), signal: AbortSignal.timeout(90_000) });
 }
 
 export async function ask<T>(path: string, query: Record<string, string | number | string[]> = {}): Promise<T> {
+  if (isKept()) return kept(path, query) as T;
   const words = new URLSearchParams();
   for (const [name, value] of Object.entries(query)) {
     for (const each of Array.isArray(value) ? value : [value]) words.append(name, String(each));

@@ -80,6 +80,8 @@ class Situation:
     """Test moves that are on offer, the best first."""
     earlier: tuple[str, ...] = ()
     """What was decided before in the same run, one line each, the oldest first."""
+    notes: tuple[str, ...] = ()
+    """What people have noted, the latest first; data, and no order."""
 
 
 @dataclass(frozen=True, slots=True)

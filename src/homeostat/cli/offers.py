@@ -70,7 +70,7 @@ class Offers:
 
     def _time(self, request: Waiting) -> str:
         """How long there is to decide, in process time."""
-        void_s = request.at_s + GuardSettings().person_s
+        void_s = request.at_s + GuardSettings().person_s if request.void_s is None else request.void_s
         armed, text = self.armed, f"offered at {request.at_s:.0f} s, void by {void_s:.0f} s; "
         if armed is not None and armed.act_by_s is not None and armed.strategies:
             text += (

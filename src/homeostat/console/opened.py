@@ -47,6 +47,8 @@ class KnownPlant:
     """How far the twin looks ahead [s]."""
     notice: str = ""
     """What a reader must know of it; empty where it is the run's own."""
+    folder: str | None = None
+    """Its folder, for who runs its model; None where it is not to be had."""
 
 
 class OpenedRun:

@@ -6,6 +6,7 @@ from homeostat.console.card.card import Card
 from homeostat.console.card.proposal import state_label
 from homeostat.console.situation import Situation
 from homeostat.domain.alarm import Priority
+from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.mode import Mode
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.guard.settings import GuardSettings
@@ -114,15 +115,16 @@ def overview(now: Situation, card: Card | None, plant: PlantDescription, at_s: f
         shelved=len(now.shelved & now.alarms.keys()),
         finished=now.finished.replace("_", " "),
         offers=tuple(
-            Offer(request, said.digest, said.proposer, since_s, since_s + person_s(plant))
+            Offer(request, said.digest, said.proposer, since_s, void_s(said, since_s, plant))
             for request, (said, since_s) in now.offered.items()
         ),
     )
 
 
-def person_s(plant: PlantDescription) -> float:
-    """How long a request may wait for a person [s]."""
-    return GuardSettings().for_ticks(plant.timing.tick_s).person_s
+def void_s(offered: RequestAnswered, since_s: float, plant: PlantDescription) -> float:
+    """When a request that was ``offered`` then is void [s]; as usual where the record is too old to say."""
+    usual_s = since_s + GuardSettings().for_ticks(plant.timing.tick_s).person_s
+    return usual_s if offered.void_s is None else offered.void_s
 
 
 def _level(now: Situation, card: Card | None, folded: list[RaisedAlarm]) -> str:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from homeostat.console.card.card import Card
 from homeostat.console.card.episode import card, first_decided_s, first_seen_s, last_episode
+from homeostat.console.card.explanation import Paragraph, explained
 from homeostat.console.drawn import DrawnPanel, DrawnSheet, DrawnTag, drawn_panels, drawn_sheet, drawn_tags, violated
 from homeostat.console.opened import OpenedRun
 from homeostat.console.overview import Overview, overview
@@ -50,6 +51,10 @@ class Shown:
     """Its flowsheet."""
     lines: tuple[Line, ...]
     """What happened, line by line."""
+    beside: bool = False
+    """Whether another run is shown beside it."""
+    model: str = ""
+    """Name of the model that says the card in other words; empty where there is none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +79,8 @@ class Seen:
     """The line above; None where nothing of it has changed."""
     card: Card | None = None
     """The card; None where there is none, or nothing of it has changed."""
+    told: tuple[Paragraph, ...] = ()
+    """The card in sentences."""
 
 
 def shown(run: OpenedRun) -> Shown:
@@ -130,7 +137,8 @@ def seen(run: OpenedRun, at_s: float, whole: bool = True) -> Seen:
     if not whole:
         return Seen(*at)
     shown_card = card(recorded(run.until(at_s)[-_MOST_EVENTS:]), run.plant, readings, at_s)
-    return Seen(*at, overview(now, shown_card, run.plant.description, at_s), shown_card)
+    told = () if shown_card is None else explained(shown_card)
+    return Seen(*at, overview(now, shown_card, run.plant.description, at_s), shown_card, told)
 
 
 def recorded(entries: Sequence[Entry]) -> RunRecord:

@@ -58,6 +58,7 @@ class Verb(StrEnum):
     UNSHELVE = "unshelve"
     FALL_BACK = "fall-back"
     START = "start"
+    NOTE = "note"
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,3 +83,5 @@ class PersonCommand:
     """How old it was when it was delivered, by the clock of whoever delivers it [s]; 0 where it is given here."""
     seconds: float = 0.0
     """For how long an alarm is shelved, in process time [s]; 0 for every other order."""
+    login: str = ""
+    """Login that counts as the person, where the name is only what was typed there; empty where the name counts."""

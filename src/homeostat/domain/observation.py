@@ -38,6 +38,8 @@ class Observation:
     """What the instruments said, as it came: a bad reading is evidence all the same; None for none."""
     act_by_s: float | None = None
     """Process time at which a fallback acts unless the guard hears of something better [s]; None for no such time."""
+    notes: tuple[str, ...] = ()
+    """What people have noted for proposers to read, the latest first."""
 
 
 @dataclass(frozen=True, slots=True)

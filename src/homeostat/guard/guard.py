@@ -357,4 +357,6 @@ class Guard:
             self._trips.start_up.enter(state, at_s)
         sequence = sequencer.state, sequencer.rest(), sequencer.way(), sequencer.refused, entered
         stand = self.latched, self.mode, answers
-        return Observation(self._now_s, self._seen, *sequence, *stand, self._sample, self._time.by_s)
+        return Observation(
+            self._now_s, self._seen, *sequence, *stand, self._sample, self._time.by_s, self._persons.notes(self._now_s)
+        )

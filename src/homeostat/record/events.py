@@ -3,7 +3,8 @@
 from types import ModuleType
 from typing import Final
 
-from homeostat.domain.events import guard, people, recovery, trips, writes
+from homeostat.domain.events import foresight, guard, people, recovery, trips, writes
+from homeostat.domain.events.foresight import *  # noqa: F403
 from homeostat.domain.events.guard import *  # noqa: F403
 from homeostat.domain.events.people import *  # noqa: F403
 from homeostat.domain.events.recovery import *  # noqa: F403
@@ -21,7 +22,7 @@ def declared(module: ModuleType) -> tuple[type[Event], ...]:
 
 EVENTS: Final[tuple[type[Event], ...]] = (
     *(RunStarted, RunFinished, Resumed, Signed, ModelCalled),
-    *(event for module in (recovery, guard, trips, people, writes) for event in declared(module)),
+    *(event for module in (recovery, foresight, guard, trips, people, writes) for event in declared(module)),
 )
 """The events that are decoded; a record of another kind is somebody else's."""
 

@@ -59,7 +59,7 @@ class Probes:
         """``check`` seals what is released; ``bounds`` say how long a probe lasts, and how many there may be."""
         self._scene, self._agents, self._rules, self._progress = scene, agents, rules, progress
         self._budget, self._bounds = bounds.budget, bounds.intervention
-        self._releasing = Releasing(scene, check, bounds.budget)
+        self._releasing = Releasing(scene, check, bounds.budget, rules.limits)
         self._pricing = Pricing(rules.prices, rules.limits, rules.scales)
         self._under_way: _UnderWay | None = None
         self._begun: list[tuple[str, tuple[str, str]]] = []

@@ -7,9 +7,11 @@ from homeostat.agents.roles import Approved
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import ReleasedActions, ReleaseRefused
 from homeostat.domain.mode import Mode
+from homeostat.domain.plant.limits import Limits
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import Approve, Finding, NoActionNeeded, Released, Revise, Rollout
 from homeostat.recovery.bounds import Budget
+from homeostat.recovery.look.foresight import foreseen
 from homeostat.recovery.release_check import Check
 from homeostat.recovery.scene import Scene
 
@@ -46,9 +48,9 @@ class Taken:
 class Releasing:
     """Takes what was approved to the guard."""
 
-    def __init__(self, scene: Scene, check: Check, budget: Budget) -> None:
-        """``check`` seals what passes it."""
-        self._scene, self._check, self._budget = scene, check, budget
+    def __init__(self, scene: Scene, check: Check, budget: Budget, limits: Limits) -> None:
+        """``check`` seals what passes it; people are told how near to ``limits`` it is to come."""
+        self._scene, self._check, self._budget, self._limits = scene, check, budget, limits
 
     async def release(self, found: Approved, diagnosis: Diagnosis) -> Taken:
         """Have ``found`` checked once more and written.
@@ -68,6 +70,7 @@ class Releasing:
             findings = checked.verdict.violated if isinstance(checked.verdict, Revise) else ()
             scene.record(ReleaseRefused(proposer, actions.digest, findings))
             raise Refused(findings)
+        scene.record(foreseen(checked.rollout, self._limits, actions.digest))
         within_s = self._budget.person_s if scene.now.mode is Mode.APPROVE else self._budget.answer_s
         answer = await scene.ask(checked.request, within_s)
         if answer.status is RequestStatus.CONFIRMED:  # said before anything else is waited for: it may be overtaken

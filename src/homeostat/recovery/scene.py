@@ -62,7 +62,8 @@ class Scene:
         ``idle``: what follows without them, ``left_s``: their time [s], ``cost``: what it costs to do nothing.
         """
         now, way, moving = self.now, self.now.way, self.now.rest.commands
-        return Situation(self._recent[-1], diagnosis, now.state, self.recent, idle, left_s, way, moving, cost)
+        asked = self._recent[-1], diagnosis, now.state, self.recent, idle, left_s, way, moving, cost
+        return Situation(*asked, notes=now.notes)
 
     def take(self, observations: Iterable[Observation]) -> None:
         """Take note of those of ``observations`` that are new."""

@@ -49,7 +49,7 @@ class RecoveryLoop:
         self._probes = Probes(scene, agents, rules, check, self._progress, bounds)
         self._waits = Waits(scene, bounds.intervention.waits)
         judging = Judging(scene, agents, rules, bounds, self._probes, self._waits)
-        releasing, again_s = Releasing(scene, check, bounds.budget), bounds.intervention.back_s
+        releasing, again_s = Releasing(scene, check, bounds.budget, rules.limits), bounds.intervention.back_s
         taking = Taking(scene, releasing, self._probes, self._waits, again_s)
         self._proposals = Proposals(scene, agents, rules, judging, taking, bounds)
         self._agenda, self._memory = Agenda(rules.machine, bounds), RecoveryMemory()

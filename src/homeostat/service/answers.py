@@ -39,6 +39,8 @@ class Waiting:
     """Digest of its action set."""
     at_s: float
     """Process time from which it waits [s]."""
+    void_s: float | None = None
+    """Process time at which it is void [s]; None where the record is too old to say."""
 
 
 def waiting(events: Iterable[Record]) -> tuple[Waiting, ...]:
@@ -52,7 +54,9 @@ def waiting(events: Iterable[Record]) -> tuple[Waiting, ...]:
         fields = event.fields
         request = str(fields["request"])
         if fields["status"] == RequestStatus.OFFERED.value:
-            found[request] = Waiting(request, str(fields["proposer"]), str(fields["digest"]), event.at_s)
+            void_s = fields.get("void_s")
+            named = request, str(fields["proposer"]), str(fields["digest"]), event.at_s
+            found[request] = Waiting(*named, float(void_s) if isinstance(void_s, int | float) else None)
         else:
             found.pop(request, None)
     return tuple(found.values())

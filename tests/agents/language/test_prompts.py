@@ -212,3 +212,10 @@ def test_no_more_than_three_notes_are_told() -> None:
     now = situation("fouling")
     told = situation_text(now, PLANT, [f"note {k}" for k in range(9)])
     assert told.count("Operator's note") == 3 and "«note 2»" in told and "note 3" not in told
+
+
+def test_a_note_that_a_person_has_left_meanwhile_is_told_first() -> None:
+    now = replace(situation("fouling"), notes=("the pump was repaired",))
+    agents = Agents(ScriptedModel("m", reasonable), "fouling", ("serviced on Monday",))
+    asked = agents.planning.choice(now, Advice()).question.prompt
+    assert asked.index("«the pump was repaired»") < asked.index("«serviced on Monday»")

@@ -190,7 +190,14 @@ def test_a_run_that_ends_before_anything_can_be_judged_is_a_failure() -> None:
 
 
 @pytest.mark.parametrize(
-    ("who", "which"), [("scripted:reasonable", "cooling"), ("fallback-only", "pump"), ("hindsight", "pump")]
+    ("who", "which"),
+    [
+        ("fallback-only", "pump"),
+        *(
+            pytest.param(*job, marks=pytest.mark.wide)
+            for job in (("scripted:reasonable", "cooling"), ("hindsight", "pump"))
+        ),
+    ],
 )
 def test_the_same_job_gives_the_same_row(root: Path, tmp_path: Path, who: str, which: str) -> None:
     job, row = ran(root, who, which)

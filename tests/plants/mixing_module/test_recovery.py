@@ -54,8 +54,9 @@ def test_a_batch_without_fault_takes_its_eight_transitions_and_nobody_acts(seed:
 
 
 @pytest.mark.parametrize(("fault", "onset_s", "severity"), [
-    ("pump_failure", 125.0, None), ("pump_degradation", 50.0, 0.5), ("clogging_main", 125.0, 1.0),
-    ("leakage_main", 125.0, 0.3),
+    ("pump_degradation", 50.0, 0.5), ("leakage_main", 125.0, 0.3),
+    pytest.param("pump_failure", 125.0, None, marks=pytest.mark.wide),
+    pytest.param("clogging_main", 125.0, 1.0, marks=pytest.mark.wide),
 ])  # fmt: skip
 def test_what_the_bypass_cures_goes_through_the_bypass(fault: str, onset_s: float, severity: float | None) -> None:
     result, trace = batch(fault, 1, onset_s, severity)
@@ -97,7 +98,8 @@ def test_a_flow_meter_that_is_stuck_at_nothing_stops_no_batch() -> None:
 
 
 @pytest.mark.parametrize(("fault", "seed", "onset_s", "severity"), [
-    ("sensor_drift_B203", 7, 111.0, -0.0021), ("sensor_stuck_B201", 5, 133.0, 0.9),
+    ("sensor_drift_B203", 7, 111.0, -0.0021),
+    pytest.param("sensor_stuck_B201", 5, 133.0, 0.9, marks=pytest.mark.wide),
 ])  # fmt: skip
 def test_a_level_that_begins_to_lie_overfills_nothing_and_ends_no_batch(
     fault: str, seed: int, onset_s: float, severity: float

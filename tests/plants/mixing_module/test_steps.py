@@ -81,7 +81,11 @@ def state(question: Question) -> str:
 
 @pytest.mark.parametrize(
     ("fault", "severity", "states"),
-    [("none", None, MAIN), ("pump_failure", 1.0, BYPASS), ("sensor_bias_flow", -0.15, MAIN)],
+    [
+        ("none", None, MAIN),
+        ("pump_failure", 1.0, BYPASS),
+        pytest.param("sensor_bias_flow", -0.15, MAIN, marks=pytest.mark.wide),
+    ],
 )
 def test_both_agents_are_asked_once_in_every_state(fault: str, severity: float | None, states: tuple[str, ...]) -> None:
     result, asked, trace = by_reason(fault, severity)

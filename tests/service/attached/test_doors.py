@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import pwd
 import socket
 import subprocess
 import sys
@@ -21,6 +22,7 @@ from homeostat.domain.events.people import PersonHeard
 from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.journal import Journal, RunStarted
 from homeostat.service.answers import Heard
+from homeostat.service.attached.place import DOORS
 from homeostat.service.doors import asking
 from homeostat.service.doors.door import MOST, Behind, Doors
 from homeostat.service.order import OrderError, run_identity, written
@@ -75,7 +77,30 @@ def test_an_order_is_answered_and_bears_the_login_that_gave_it(behind: Hearing, 
     assert asking.order(directory, command()) == Heard(True, "as you say")
     (given,) = behind.orders
     assert given.person.startswith("Ada (login ") and given.role is Role.OPERATOR and given.age_s < 30.0
+    assert f"(login {given.login})" in given.person, "it counts as the login, whatever name is typed"
     assert asking.status(directory) == {"plant": "tank"}
+
+
+def test_only_a_login_that_is_believed_names_people(directory: Path) -> None:
+    login, given = pwd.getpwuid(os.getuid()).pw_name, list[PersonCommand]()
+
+    def take(command: PersonCommand) -> bool:
+        given.append(command)
+        return False
+
+    for believed, counted in ((frozenset({login}), ""), (frozenset({"somebody"}), login)):
+        doors = Doors(directory, Behind(take, dict, run_identity(directory)), {}, believed)
+        with pytest.raises(OrderError):
+            asking.order(directory, command())
+        doors.close()
+        assert given[-1].login == counted and given[-1].person == f"Ada (login {login})"
+
+
+def test_nobody_sends_a_login_along(behind: Hearing, directory: Path) -> None:
+    sent = json.loads(written(command(), run_identity(directory), time.time()))
+    assert "login" not in sent
+    answer = said(directory / DOORS[Role.OPERATOR], json.dumps(sent | {"login": ""}).encode() + b"\n")
+    assert "error" in answer and behind.orders == []
 
 
 def test_both_sockets_are_for_their_owner_alone(behind: Hearing, directory: Path) -> None:

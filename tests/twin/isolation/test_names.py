@@ -46,9 +46,9 @@ def candidates(plant: Plant) -> tuple[str, ...]:
     ("disturbance", "lag_s", "name", "severity"),
     [
         ("F3_max * 0.75 from 1450", 30, "coolant_pipe_scaled", -0.125),
-        ("F3_max * 0.5 from 1450", 30, "coolant_pipe_scaled", -0.25),
+        pytest.param("F3_max * 0.5 from 1450", 30, "coolant_pipe_scaled", -0.25, marks=pytest.mark.wide),
         ("T1 reads - 5 from 1450", 30, "thermowell_loose", 5.0),
-        ("T1 reads - 2.5 from 1450", 60, "thermowell_loose", 2.5),
+        pytest.param("T1 reads - 2.5 from 1450", 60, "thermowell_loose", 2.5, marks=pytest.mark.wide),
         ("UA_ambient * 4 from 1450", 300, "lagging_lost", 150.0),
     ],
 )

@@ -129,7 +129,9 @@ def test_a_controller_that_swings_between_its_limits_is_named() -> None:
     assert (finding.tag, finding.what) == ("V1.cmd", What.LAW) and finding.value > 0.5 > finding.limit > LAW
 
 
-@pytest.mark.parametrize("mismatch", ["none", "plant", "twice"])
+@pytest.mark.parametrize(
+    "mismatch", ["plant", *(pytest.param(name, marks=pytest.mark.wide) for name in ("none", "twice"))]
+)
 @pytest.mark.parametrize("name", [REACTOR, MODULE])
 def test_a_healthy_plant_gives_nothing(name: str, mismatch: str) -> None:
     """From the first second on: start-up, pauses, pumps that start and stop."""

@@ -77,7 +77,7 @@ class Briefing:
 
     def told(self, situation: Situation, idle: bool = True) -> str:
         """``situation`` in words, operators' notes, and what doing nothing costs; ``idle``: and violates."""
-        text = situation_text(situation, self.plant, self.notes, idle)
+        text = situation_text(situation, self.plant, (*situation.notes, *self.notes), idle)
         return "\n".join(line for line in (text, cost_text(situation.idle_cost, self.prices.currency)) if line)
 
     def question(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import grp
+import pwd
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -94,6 +95,7 @@ def _attaching(options: argparse.Namespace) -> Attaching:
         groups=groups,
         key=new_key(),
         history=_history(options),
+        believed=_believed(options.console_login),
     )
 
 
@@ -110,6 +112,15 @@ def _history(options: argparse.Namespace) -> Path | None:
         raise UsageError(f"--history {str(folder)!r} is inside --dir, which is closed when it stops; name one outside")
     read_settings(folder)
     return folder
+
+
+def _believed(login: str | None) -> frozenset[str]:
+    if login is None:
+        return frozenset()
+    try:
+        return frozenset((pwd.getpwnam(login).pw_name,))
+    except KeyError:
+        raise UsageError(f"there is no login {login!r} on this machine; name that of the console") from None
 
 
 def _groups(options: argparse.Namespace) -> dict[Role, int]:

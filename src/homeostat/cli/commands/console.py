@@ -3,6 +3,7 @@
 import argparse
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from homeostat.console.opened import KnownPlant, OpenedRun
 from homeostat.console.readings import Gathered
 from homeostat.console.watched import ServiceSilent, Watched
 from homeostat.journal import BrokenChain, RunStarted, read_events
+from homeostat.llm.model import LanguageModel
 from homeostat.plants.described import read_described
 from homeostat.plants.plant import Plant
 from homeostat.record.decode import decode
@@ -34,7 +36,9 @@ def carry_out(options: argparse.Namespace) -> int:
     people = known(options.people)
     attached = _started(run_dir).settings.get(ATTACHED) is True
     run = watched(run_dir, options.case) if attached else opened(run_dir, options.case)
-    app = application(run, serving(people, run_dir, attached or run.goes_on(), hosts))
+    served = serving(people, run_dir, attached or run.goes_on(), hosts)
+    other = None if options.beside is None else opened(run_directory(options.beside), options.case)
+    app = application(run, replace(served, beside=other, model=_model(options)))
     try:
         at = listening(options.port, options.address)
     except OSError as error:
@@ -45,6 +49,19 @@ def carry_out(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         print("homeostat: the console is closed", file=sys.stderr)
     return 0
+
+
+def _model(options: argparse.Namespace) -> LanguageModel | None:
+    """The model that says the card in other words; None where none is named, UsageError where there is none."""
+    if options.explain_with is None:
+        return None
+    from homeostat.cli.operation import chosen_model
+    from homeostat.evaluate.named_model import NoSuchModel
+
+    try:
+        return chosen_model(options.explain_with, options).make()
+    except NoSuchModel as error:
+        raise UsageError(f"--explain-with: {error}") from error
 
 
 def opened(run_dir: Path, given: str | None) -> OpenedRun:
@@ -89,6 +106,7 @@ def known_plant(plant: Plant, notice: str = "") -> KnownPlant:
         panels=plant.panels,
         horizon_s=plant.twin.horizon_s,
         notice=notice,
+        folder=str(plant.files.folder),
     )
 
 

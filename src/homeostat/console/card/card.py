@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from homeostat.console.card.foresight import Foresight
 from homeostat.domain.certificate import Certificate
 
 
@@ -145,6 +146,10 @@ class Proposal:
     """Permissives and other conditions that were judged beside them."""
     certificate: Certificate | None
     """What so many rollouts say; None where the record does not say."""
+    foresight: Foresight | None = None
+    """What the twin foresees of it, from the release check; None where it has not come so far."""
+    beside: Foresight | None = None
+    """What it foresaw without it, at that time; None where the record does not say."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,6 +232,8 @@ class Card:
     """What may be wrong, the most probable first."""
     alone: str
     """What follows if nothing is done; empty where the record does not say."""
+    foresight: Foresight | None
+    """The same as the twin foresaw it last, in bands and times; None where the record does not say."""
     proposal: Proposal | None
     """What is proposed; None where nothing is."""
     let_be: LetBe | None

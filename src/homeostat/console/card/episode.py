@@ -6,12 +6,14 @@ from dataclasses import dataclass, replace
 from typing import Final, TypeVar
 
 from homeostat.console.card.card import Acted, Card, Choice, Explanation, LetBe, Refusal, Seen
+from homeostat.console.card.foresight import alone
 from homeostat.console.card.proposal import moves, proposal, state_label
 from homeostat.console.opened import KnownPlant
 from homeostat.console.readings import Readings
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultProbability, Symptom, by_fault_set
 from homeostat.domain.events.guard import RequestAnswered
+from homeostat.domain.events.people import PersonHeard
 from homeostat.domain.events.recovery import (
     Attempted,
     Compared,
@@ -28,6 +30,7 @@ from homeostat.domain.events.recovery import (
 )
 from homeostat.domain.events.trips import FallbackActivated, FallbackStands, Tripped
 from homeostat.domain.events.writes import Cause, WriteIntended
+from homeostat.domain.mode import Verb
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.remark import RemarkKind
 from homeostat.domain.request import RequestStatus
@@ -126,6 +129,7 @@ def card(record: RunRecord, plant: KnownPlant, readings: Readings | None, at_s: 
         seen=seen,
         explanations=explanations,
         alone=_alone(compared, known),
+        foresight=alone(episode.entries, known),
         proposal=proposal(record, episode.entries, plant, readings, at_s),
         let_be=_let_be(episode, known),
         currency="" if compared is None else compared[1].currency,
@@ -192,12 +196,12 @@ def _explanation(held: FaultProbability, seen: Sequence[Seen], plant: PlantDescr
         others = tuple(s.text for s in seen if s.rule not in {rule.name for rule in indicating})
     modes = {mode.name: mode for mode in plant.fault_modes}
     components = {modes[name].component for name in names if name in modes}
-    text, sized = _worded(held, plant)
+    text, sized = worded(held, plant)
     where = ", ".join(sorted(components))
     return Explanation(held.name, text, sized, held.probability, where, supports, lacks, others)
 
 
-def _worded(held: FaultProbability, plant: PlantDescription) -> tuple[str, str]:
+def worded(held: FaultProbability, plant: PlantDescription) -> tuple[str, str]:
     """An explanation in the operator's words, and its size; by its names where the plant does not know them."""
     if not held.faults:
         return "Nothing is wrong", ""
@@ -314,7 +318,9 @@ def _before_fallback(entries: Sequence[Entry], acted: Entry) -> Sequence[Entry]:
 
 
 def _notes(episode: Episode) -> Iterator[str]:
-    """What proposers said for people to read, each once."""
+    """What people noted for proposers, and what these said for people to read, each once."""
+    heard = [e.event for e in episode.entries if isinstance(e.event, PersonHeard)]
+    yield from (f"note of {h.person}: {h.reason}" for h in heard if h.done and h.verb == Verb.NOTE.value)
     said = [e.event for e in episode.entries if isinstance(e.event, Remarked)]
     notes = [r for r in said if r.remark is not RemarkKind.REASONING]
     about = (f"{r.remark.value} of {r.proposer}{f' about {r.about}' if r.about else ''}: {r.text}" for r in notes)

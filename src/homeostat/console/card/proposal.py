@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from homeostat.console.card.card import LaterMoves, Move, PredictedMargin, Proposal
+from homeostat.console.card.foresight import beside, with_actions
 from homeostat.console.opened import KnownPlant
 from homeostat.console.readings import Readings, Values
 from homeostat.console.situation import situation
@@ -47,7 +48,7 @@ def proposal(
     releases = [r for r in record.releases if r.digest == digest and r.at_s >= judged_s]
     released = releases[-1] if releases else None
     told = [e.event for e in entries if isinstance(e.event, ReleasedActions) and e.event.digest == digest]
-    margins = _margins(tried.findings, plant.description)
+    margins = predicted_margins(tried.findings, plant.description)
     if released is not None and readings is not None:
         margins = _with_actual(margins, released, record, plant, (readings, at_s))
     known = plant.description
@@ -73,6 +74,8 @@ def proposal(
         margins=margins,
         checks=sum(f.criterion not in limits for f in tried.findings),
         certificate=told[-1].certificate if told else None,
+        foresight=with_actions(entries, digest, known),
+        beside=beside(entries, digest, known),
     )
 
 
@@ -134,7 +137,7 @@ def state_label(name: str, plant: PlantDescription) -> str:
     return next((state.label for state in plant.machine.states if state.name == name), name)
 
 
-def _margins(findings: Iterable[Finding], plant: PlantDescription) -> tuple[PredictedMargin, ...]:
+def predicted_margins(findings: Iterable[Finding], plant: PlantDescription) -> tuple[PredictedMargin, ...]:
     """Findings on limits and criteria, the nearest one first; permissives and targets are no margins to watch."""
     known: dict[str, Limit | Criterion] = {c.name: c for c in plant.limits.criteria}
     known |= {x.name: x for x in plant.limits.limits if x.kind is not LimitKind.PERMISSIVE}

@@ -87,6 +87,17 @@ def journal_page(run_dir: Path, kinds: frozenset[str], words: str, before: int |
     return JournalPage(tuple(found[::-1]), tuple(sorted(known)), count > len(found), trouble)
 
 
+def journal_lines(run_dir: Path) -> JournalPage:
+    """Every line, the latest first; as far as the journal can be read."""
+    found: list[JournalLine] = []
+    trouble = ""
+    try:
+        found += [_line(record) for record in read_events(run_dir) if record.kind not in _TRUTH]
+    except (BrokenChain, OSError) as error:
+        trouble = str(error)
+    return JournalPage(tuple(found[::-1]), tuple(sorted({line.kind for line in found})), False, trouble)
+
+
 def _line(record: Record) -> JournalLine:
     text = printable(json.dumps(dict(record.fields), ensure_ascii=False, separators=(", ", ": ")))
     return JournalLine(record.seq, record.happened_s, record.kind, text[:_LONGEST])

@@ -16,7 +16,7 @@ from homeostat.domain.mode import PersonCommand, Verb
 
 Give = Callable[[PersonCommand], "Came"]
 """Gives an order to the guard and waits for its answer; NotGiven where there is none."""
-PROVEN: Final = frozenset(Verb) - {Verb.ACKNOWLEDGE, Verb.SHELVE, Verb.UNSHELVE}
+PROVEN: Final = frozenset(Verb) - {Verb.ACKNOWLEDGE, Verb.SHELVE, Verb.UNSHELVE, Verb.NOTE}
 """What is ordered with the password again."""
 _TEXT: Final = 500
 

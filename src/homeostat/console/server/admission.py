@@ -45,12 +45,13 @@ class Admission:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let a request in, or answer it here."""
-        if scope["type"] != "http" or self._people is None:
+        if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
         request = Request(scope)
-        session = self._people.session(request.cookies.get(cookie(self._secure)))
-        refused = self._objection(request, session)
+        people = self._people
+        session = None if people is None else people.session(request.cookies.get(cookie(self._secure)))
+        refused = _foreign(request) if people is None else self._objection(request, session)
         if refused is not None:
             text, status = refused
             await Response(to_json({"error": text}), status, media_type="application/json")(scope, receive, send)
@@ -64,12 +65,22 @@ class Admission:
             return "sign in first", 401
         if request.method in ("GET", "HEAD"):
             return None
-        if request.headers.get("origin") != f"{request.url.scheme}://{request.headers.get('host', '')}":
-            return "this comes from another page, and is not taken", 403
-        if request.headers.get("content-type", "").partition(";")[0] != "application/json":
-            return "only JSON is taken", 415
+        foreign = _foreign(request)
+        if foreign is not None:
+            return foreign
         given = request.headers.get(TOKEN, "")
         signing_in = path == "/api/session" and request.method == "POST"
         if not signing_in and (session is None or not hmac.compare_digest(given.encode(), session.csrf.encode())):
             return "this does not come from the page that was signed in; load it again", 403
         return None
+
+
+def _foreign(request: Request) -> tuple[str, int] | None:
+    """Why what would do something is not taken, whoever asks: it does not come from the page."""
+    if request.method in ("GET", "HEAD"):
+        return None
+    if request.headers.get("origin") != f"{request.url.scheme}://{request.headers.get('host', '')}":
+        return "this comes from another page, and is not taken", 403
+    if request.headers.get("content-type", "").partition(";")[0] != "application/json":
+        return "only JSON is taken", 415
+    return None

@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from typing import Final
 
@@ -22,10 +22,12 @@ from homeostat.console.people.orders import Give, Orders
 from homeostat.console.people.people import People
 from homeostat.console.server.admission import Admission
 from homeostat.console.server.asked import AskedWrong, bad_request, finite, json_answer, number, span
+from homeostat.console.server.asking import Asking
 from homeostat.console.server.desk import Desk
 from homeostat.console.server.events import Events
 from homeostat.console.server.stream import FASTEST, SLOWEST, Moments
 from homeostat.console.view import seen, shown
+from homeostat.llm.model import LanguageModel
 
 HOSTS: Final = ("127.0.0.1", "localhost")
 """Names under which the page may be asked for: another one is another page's, which had its name resolved to here."""
@@ -61,12 +63,16 @@ class Serving:
     """Names under which the page may be asked for."""
     secure: bool = False
     """Whether what is sent is encrypted."""
+    model: LanguageModel | None = None
+    """Says the card in other words; None where there is none."""
+    beside: OpenedRun | None = None
+    """Another run that is shown beside it; None for none."""
 
 
 def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
     """The answers to everything that may be asked of ``run``; nothing is written but what ``serving`` lets order."""
     ending = threading.Event()
-    answers = _Answers(run, ending)
+    answers = _Answers(run, ending, (serving.beside is not None, "" if serving.model is None else serving.model.name))
     desk = Desk(serving.people, None if serving.give is None else Orders(run, serving.give), serving.secure)
     routes = [Route(path, _file(*content), methods=["GET"]) for path, content in _PAGE.items()]
     routes += [
@@ -76,6 +82,8 @@ def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
         Route("/api/feature", answers.feature, methods=["GET"]),
         Route("/api/stream", answers.stream, methods=["GET"]),
         *Events(run).routes(),
+        *_beside(serving.beside, ending),
+        *Asking(run, serving.model).routes(),
         *desk.routes(),
     ]
     guards = [
@@ -87,6 +95,15 @@ def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
     app = Starlette(routes=routes, middleware=guards, exception_handlers=handlers)
     app.state.ending = ending
     return app
+
+
+def _beside(other: OpenedRun | None, ending: threading.Event) -> list[Route]:
+    """What is asked of the run beside."""
+    if other is None:
+        return []
+    answers = _Answers(other, ending)
+    found = {"run": answers.run, "moment": answers.moment, "trend": answers.trend}
+    return [Route(f"/api/other/{name}", answer, methods=["GET"]) for name, answer in found.items()]
 
 
 class _Headers:
@@ -116,14 +133,16 @@ def _file(name: str, kind: str) -> Callable[[Request], Awaitable[Response]]:
 class _Answers:
     """What is asked of one run."""
 
-    def __init__(self, run: OpenedRun, ending: threading.Event) -> None:
-        self._run = run
+    def __init__(self, run: OpenedRun, ending: threading.Event, extras: tuple[bool, str] = (False, "")) -> None:
+        """``extras``: whether there is a run beside, and the name of a model that says the card in other words."""
+        self._run, self._extras = run, extras
         self._evidence: Evidence | None = None
         self._moments = Moments(run, ending)
 
     async def run(self, request: Request) -> Response:
         await run_in_threadpool(self._run.refresh)
-        return json_answer(await run_in_threadpool(shown, self._run))
+        beside, model = self._extras
+        return json_answer(replace(await run_in_threadpool(shown, self._run), beside=beside, model=model))
 
     async def moment(self, request: Request) -> Response:
         return json_answer(await run_in_threadpool(seen, self._run, number(request, "at", self._run.last_s)))

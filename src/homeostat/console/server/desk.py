@@ -57,7 +57,7 @@ class Desk:
     async def sign_in(self, request: Request) -> Response:
         """Begin a session."""
         assert self._people is not None
-        given = await _body(request, _SigningIn)
+        given = await body(request, _SigningIn)
         try:
             proof = given.name, given.password, _address(request)
             token, session = await run_in_threadpool(self._people.sign_in, *proof)
@@ -80,7 +80,7 @@ class Desk:
         """Pass an order on, once it is known whose it is."""
         session, people, orders = session_of(request), self._people, self._orders
         assert session is not None and people is not None and orders is not None
-        ordered = await _body(request, Ordered)
+        ordered = await body(request, Ordered)
         try:
             account = session.account
             await run_in_threadpool(orders.check, ordered, account)
@@ -115,7 +115,8 @@ def _unproven(unproven: Unproven) -> Response:
     return answer
 
 
-async def _body(request: Request, kind: type[M]) -> M:
+async def body(request: Request, kind: type[M]) -> M:
+    """What was sent, as ``kind``; AskedWrong where it is none, or too long."""
     content = b""
     async for part in request.stream():
         content += part

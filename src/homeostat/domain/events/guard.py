@@ -49,6 +49,8 @@ class RequestAnswered:
     """Name of the check that refused it."""
     reason: str = ""
     """One sentence."""
+    void_s: float | None = None
+    """When it is void unless a person has said yes [s]; None where it does not wait, and in records that are older."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -53,7 +53,7 @@ def no_start(name: str, rules: GuardRules, state: str) -> str:
 
 ENGINEERING = frozenset({Verb.RESET, Verb.MODE, Verb.START})
 """What only an engineer may order."""
-NEEDS_REASON = frozenset({Verb.RESET, Verb.REJECT, Verb.OUT_OF_SERVICE, Verb.FALL_BACK, Verb.SHELVE})
+NEEDS_REASON = frozenset({Verb.RESET, Verb.REJECT, Verb.OUT_OF_SERVICE, Verb.FALL_BACK, Verb.SHELVE, Verb.NOTE})
 """What is ordered with a reason only."""
 
 
@@ -115,12 +115,16 @@ class Authority:
         return self._persons - len(self._agreed.get(verb, ()))
 
     def agree(self, command: PersonCommand, now_s: float) -> tuple[str, ...]:
-        """Everybody who has agreed to such an order, once they are enough; empty while somebody is missing."""
+        """Everybody who has agreed to such an order, once they are enough; empty while somebody is missing.
+
+        A login that types names is one person, whatever it types.
+        """
         agreed = self._agreed.setdefault(command.verb, {})
         for key, (_, at_s) in list(agreed.items()):
             if now_s - at_s > self._lasts_s:
                 del agreed[key]
-        agreed[_folded(command.person)] = (command.person, now_s)
+        key = f"login {command.login}" if command.login else f"name {_folded(command.person)}"
+        agreed[key] = (command.person, now_s)
         if len(agreed) < self._persons:
             return ()
         del self._agreed[command.verb]

@@ -1,7 +1,9 @@
 """People: their orders are carried out by the guard, checked once, answered and journalled."""
 
+from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Final
 
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.people import ModeEntered, PersonHeard
@@ -21,6 +23,11 @@ from homeostat.guard.texts import LONGEST_NAME, brief, said
 from homeostat.guard.watch.shelf import Shelf
 from homeostat.guard.writing.flight import Failed, Progress, Write
 from homeostat.guard.writing.tenure import Modes
+
+MOST_NOTES: Final = 3
+"""Notes that are kept for proposers."""
+NOTED_S: Final = 3600.0
+"""How long proposers are shown a note, process time [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +65,7 @@ class Persons:
         settings = floor.parts.settings
         self._authority = Authority(settings.persons, settings.person_s, settings.order_s)
         self._shelf = Shelf(floor.parts.alarms, floor.parts.note)
+        self._notes: deque[tuple[float, str]] = deque(maxlen=MOST_NOTES)
         self._starting: tuple[Write, str, ActionSet] | None = None
         self._unread: tuple[Write, str] | None = None
         self._orders: dict[Verb, Callable[[PersonCommand, Present], str | Counted]] = {
@@ -74,6 +82,7 @@ class Persons:
             Verb.UNSHELVE: lambda given, present: self._shelf.unshelve(given, present.now_s),
             Verb.FALL_BACK: self._fall_back,
             Verb.START: self._start,
+            Verb.NOTE: self._note,
         }
 
     def hear(self, command: PersonCommand, present: Present) -> None:
@@ -99,6 +108,15 @@ class Persons:
     def remember(self, used: Iterable[str]) -> None:
         """Orders that were answered before a restart are not carried out again."""
         self._authority.remember(used)
+
+    def notes(self, now_s: float) -> tuple[str, ...]:
+        """What people have noted for proposers to read within :data:`NOTED_S`, the latest first."""
+        return tuple(text for at_s, text in reversed(self._notes) if now_s - at_s <= NOTED_S)
+
+    def _note(self, command: PersonCommand, present: Present) -> str:
+        """Proposers read it; nothing is decided by it."""
+        self._notes.append((present.now_s, brief(command.reason)))
+        return ""
 
     def expire(self, now_s: float) -> None:
         """What people have ordered for a time is over then."""
@@ -158,7 +176,7 @@ class Persons:
         if mode is Mode.CLOSED_LOOP:
             agreed = self._authority.agree(command, present.now_s)
             if not agreed:
-                return self._counted(command.verb)
+                return self._counted(command)
         who = " and ".join(agreed)
         why = f"{who} changed the mode"
         return self._enter(mode, ModeEntered(mode.value, brief(who), command.reason), why, present.now_s)
@@ -194,7 +212,7 @@ class Persons:
             return "the plant does not answer; nobody can say in which state it would be left"
         agreed = self._authority.agree(command, now_s)
         if not agreed:
-            return self._counted(command.verb)
+            return self._counted(command)
         rules, sequencer = floor.parts.rules, floor.parts.sequencer
         found = recognise(rules.machine, floor.parts.evidence(readings), sequencer.state, rules.start_up.states)
         floor.latch.reset(now_s)
@@ -207,11 +225,12 @@ class Persons:
         floor.parts.note(ModeEntered(Mode.OBSERVE.value, command.person, "reset"), now_s)
         return ""
 
-    def _counted(self, verb: Verb) -> Counted:
+    def _counted(self, command: PersonCommand) -> Counted:
         """An order that more people must give."""
-        persons, missing = self._floor.parts.settings.persons, self._authority.missing(verb)
+        persons, missing = self._floor.parts.settings.persons, self._authority.missing(command.verb)
         others = "another person" if missing == 1 else f"{missing} other people"
-        return Counted(missing, f"{persons - missing} of {persons} people; {others} must order it too")
+        login = f"; all who order as login {brief(command.login, 40)!r} are one person" if command.login else ""
+        return Counted(missing, f"{persons - missing} of {persons} people; {others} must order it too{login}")
 
     def _fall_back(self, command: PersonCommand, present: Present) -> str:
         floor = self._floor

@@ -226,7 +226,9 @@ class Requests:
     def _answer(self, request: Request, status: RequestStatus, now_s: float, finding: Finding | None = None) -> None:
         self._answers.append(Answer(request.id, status, now_s, finding))
         check, reason = ("", "") if finding is None else (finding.criterion, finding.message)
-        event = RequestAnswered(request.id, request.proposer, request.actions.digest, status.value, check, reason)
+        void_s = request.seal.expires_s if status is RequestStatus.OFFERED else None
+        said = request.id, request.proposer, request.actions.digest, status.value, check, reason
+        event = RequestAnswered(*said, void_s)
         self._parts.note(event, now_s)
 
     def _refuse_unknown(self, name: str, finding: Finding, now_s: float) -> None:

@@ -9,6 +9,7 @@ from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import Step
 from homeostat.domain.verdict import Rollout, Verdict
 from homeostat.recovery.look.band import Band
+from homeostat.recovery.look.foresight import foreseen
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.progress import ProgressMonitor
 from homeostat.recovery.scene import Scene
@@ -22,6 +23,7 @@ class Prospect:
     ) -> None:
         """``progress`` is told what is predicted; ``bounds`` say how long the twin may take."""
         self._scene, self._agents, self._machine, self._progress = scene, agents, rules.machine, progress
+        self._limits = rules.limits
         self._band = Band(rules.limits.hard, rules.scales, bounds.intervention)
         self._limit_s, self._repeat_s = bounds.budget.arming_s, bounds.intervention.repeat_s
         self._again_s = -math.inf
@@ -58,7 +60,9 @@ class Prospect:
 
     async def without_action(self, diagnosis: Diagnosis) -> Rollout:
         """Take a fresh look at the plant; what happens if nothing is done. TimeoutError where the twin is late."""
-        return await self._scene.within("the prediction", self._limit_s, self._look_ahead(diagnosis))
+        idle = await self._scene.within("the prediction", self._limit_s, self._look_ahead(diagnosis))
+        self._scene.record(foreseen(idle, self._limits))
+        return idle
 
     def judge(self, idle: Rollout) -> Verdict:
         """What follows if nobody interferes: the steps that are left, if any."""

@@ -78,6 +78,8 @@ class Attaching:
     """Key of the release check's seals; thinking is told, and nobody else."""
     history: Path | None = None
     """Folder of the history; None where none is kept."""
+    believed: frozenset[str] = frozenset()
+    """Logins whose names count as people; any other login is one person."""
 
 
 def guard(attaching: Attaching, pulse: int) -> int:
@@ -168,7 +170,7 @@ class _Guarding:
         self._board.recall(records)
         directory.trace.subscribe(self._board.follow)
         behind = Behind(put, self._board.told, run_identity(attaching.directory))
-        self._doors = Doors(attaching.directory, behind, attaching.groups)
+        self._doors = Doors(attaching.directory, behind, attaching.groups, attaching.believed)
         directory.trace.subscribe(self._doors.follow)
         hello = Hello(attaching.key, rules.configuration)
         answering = Answering(put, directory.trace, rules.machine)

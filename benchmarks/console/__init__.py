@@ -1,0 +1,1 @@
+"""The console, measured: pictures for the ten-second test, times in a browser, cost of watchers."""

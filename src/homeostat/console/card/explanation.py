@@ -1,0 +1,185 @@
+"""The card in sentences, from its facts and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from homeostat.console.card.card import Card, Explanation, Move, PredictedMargin, Proposal
+from homeostat.console.card.foresight import Foresight
+
+
+@dataclass(frozen=True, slots=True)
+class Paragraph:
+    """One part."""
+
+    heading: str
+    """What it is about."""
+    text: str
+    """Sentences."""
+
+
+def explained(card: Card) -> tuple[Paragraph, ...]:
+    """Everything that ``card`` says, in the order in which an operator asks."""
+    parts = {
+        "What is wrong": _wrong(card),
+        "Why that is believed": _believed(card),
+        "If nothing is done": _alone(card),
+        "What is proposed": _proposed(card),
+        "Why it is safe": _safe(card),
+        "What it costs": _costs(card),
+        "What was refused": (f"At {r.at_s:.0f} s: {r.what}, because {r.why}" for r in card.refused),
+        "What acted": _acted(card),
+        "Notes": iter(card.notes),
+    }
+    told = ((heading, " ".join(_sentence(s) for s in sentences)) for heading, sentences in parts.items())
+    return tuple(Paragraph(heading, text) for heading, text in told if text)
+
+
+def _sentence(text: str) -> str:
+    text = text.strip()
+    return text if text.endswith((".", "!", "?")) else f"{text}."
+
+
+def _wrong(card: Card) -> Iterator[str]:
+    probable = "" if card.probability is None else f", {_percent(card.probability)} probable"
+    size = f", size {card.explanations[0].size}" if card.explanations and card.explanations[0].size else ""
+    yield f"{card.headline}{probable}{size}"
+    yield f"Seen at {card.since_s:.0f} s" + ("" if card.over_s is None else f", over at {card.over_s:.0f} s")
+    if card.diagnosed_s is None:
+        yield "Nothing was diagnosed"
+
+
+def _believed(card: Card) -> Iterator[str]:
+    for seen in card.seen:
+        times = "" if seen.times is None else f", {abs(seen.times):.2g} times its threshold"
+        value = "" if seen.value is None else f" ({_deviation(seen.value, seen.unit)} from its reference)"
+        yield f"{seen.text} ({seen.rule}){times}{value}"
+    for explanation in card.explanations:
+        yield _explanation(explanation)
+
+
+def _explanation(one: Explanation) -> str:
+    where = f" at {one.component}" if one.component else ""
+    size = f", size {one.size}" if one.size else ""
+    parts = [f"{_percent(one.probability)} for {one.text!r}{where}{size}"]
+    parts += [f"seen for it: {', '.join(one.supports)}"] if one.supports else []
+    parts += [f"not seen, though it may show: {', '.join(one.lacks)}"] if one.lacks else []
+    parts += [f"seen, and not linked to it: {', '.join(one.others)}"] if one.others else []
+    return "; ".join(parts)
+
+
+def _alone(card: Card) -> Iterator[str]:
+    if card.foresight is not None:
+        done = [acted.at_s for acted in card.acted]
+        done += [card.proposal.released_s] if card.proposal and card.proposal.released_s is not None else []
+        if done and max(done) >= card.foresight.told.from_s - 1.0:
+            yield "The twin has not looked ahead since something was done; before that it foresaw this"
+        if not card.explanations:
+            yield "No cause is known, so the twin takes the plant for healthy"
+        yield from _foreseen(card.foresight)
+    if card.alone:
+        yield card.alone
+    if card.let_be is not None:
+        let_be = card.let_be
+        yield f"It was left as it is in {let_be.state!r} at {let_be.at_s:.0f} s; least margin {let_be.margin:.3g}"
+
+
+def _foreseen(foresight: Foresight) -> Iterator[str]:
+    told = foresight.told
+    if not told.members:
+        yield f"The twin cannot say what follows: {told.note}"
+    elif told.first is None:
+        within = f"within {told.length_s:.0f} s in any of {told.members} members"
+        yield f"From {told.from_s:.0f} s on no hard limit is reached {within}"
+    else:
+        first = told.first
+        yield (
+            f"The first hard limit is reached from {told.from_s + first.earliest_s:.0f} s to "
+            f"{told.from_s + first.latest_s:.0f} s, in half of the members that reach it by "
+            f"{told.from_s + first.middle_s:.0f} s: {foresight.limit}; {first.members} of {told.members} members, "
+            f"{_percent(first.probability)} probable"
+        )
+
+
+def _proposed(card: Card) -> Iterator[str]:
+    proposal = card.proposal
+    if proposal is None:
+        yield "Nothing is proposed"
+        return
+    lasting = f" for {proposal.seconds:g} s" if proposal.seconds else ""
+    way = f": {' to '.join(proposal.path)}" if proposal.path else ""
+    yield f"A {proposal.what}{lasting} by {proposal.proposer}, judged at {proposal.at_s:.0f} s{way}"
+    yield from map(_move, proposal.moves)
+    for step in proposal.later:
+        moves = "; ".join(map(_move, step.moves)) or "nothing more is commanded"
+        yield f"Then, when {step.guard}, to {step.state}: {moves}"
+    yield f"It {proposal.status}" if proposal.status.startswith(("waits", "is ")) else f"It is {proposal.status}"
+    yield from (f"Its proposer says: {reason}" for reason in proposal.reasons)
+
+
+def _move(move: Move) -> str:
+    before = _target(move.before, move.unit) if move.known else "a value that is not known"
+    ramp = "" if move.rate is None else f", by {_amount(move.rate, move.unit)} a second"
+    if move.known and move.before == move.after:
+        return f"{move.tag} stays at {before}"
+    return f"{move.tag} ({move.text}) from {before} to {_target(move.after, move.unit)}{ramp}"
+
+
+def _safe(card: Card) -> Iterator[str]:
+    proposal = card.proposal
+    if proposal is None:
+        return
+    yield "Every check holds" if proposal.approved else "Not every check holds"
+    yield from (_margin(margin, proposal) for margin in proposal.margins)
+    if proposal.checks:
+        yield f"{proposal.checks} permissives and targets were judged beside them"
+    if proposal.certificate is not None:
+        c = proposal.certificate
+        violated = f"{c.violations} of {c.draws} draws violate a hard limit"
+        yield f"{violated}: at most {_percent(c.bound)}, with {_percent(c.level)} confidence"
+    if proposal.foresight is not None:
+        yield from _foreseen(proposal.foresight)
+
+
+def _margin(margin: PredictedMargin, proposal: Proposal) -> str:
+    text = (
+        f"{margin.text or margin.name} ({margin.name}): {_signed(margin.margin, margin.unit)} at worst, after "
+        f"{margin.at_s:.0f} s, in member {margin.member} of {proposal.members}"
+    )
+    text += "" if margin.hard else ", which has a price and does not forbid"
+    return text if margin.actual is None else f"{text}; {_signed(margin.actual, margin.unit)} in the readings since"
+
+
+def _costs(card: Card) -> Iterator[str]:
+    for choice in card.choices:
+        by = f" by {choice.by}" if choice.by else ""
+        admitted = f", not admitted: {choice.refused}" if choice.refused else ", chosen" if choice.chosen else ""
+        yield f"{choice.what}{by} {choice.cost:.1f} {card.currency}{admitted}"
+
+
+def _acted(card: Card) -> Iterator[str]:
+    for acted in card.acted:
+        yield f"Fallback {acted.strategy!r} at {acted.at_s:.0f} s, because {acted.reason}"
+        yield from map(_move, acted.moves)
+        yield "The plant was read to hold it" if acted.stands else "The plant was not read to hold it yet"
+
+
+def _target(value: float | None, unit: str) -> str:
+    return "automatic" if value is None else _amount(value, unit)
+
+
+def _amount(value: float, unit: str) -> str:
+    return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"
+
+
+def _deviation(value: float, unit: str) -> str:
+    return f"{value:+.3g}" if unit == "1" else f"{value:+.3g} {unit}"
+
+
+def _signed(value: float, unit: str) -> str:
+    return f"{value:+.3g} (scaled)" if unit == "1" else f"{value:+.3g} {unit}"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %" if 0.0 < share < 0.01 else f"{100 * share:.0f} %"

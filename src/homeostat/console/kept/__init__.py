@@ -1,0 +1,1 @@
+"""A run on a page that is one file: no server, no network."""

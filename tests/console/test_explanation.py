@@ -1,0 +1,75 @@
+"""The card in sentences: complete, from the facts of the card and nothing else."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from homeostat.cli.commands.console import opened
+from homeostat.console.card.explanation import explained
+from homeostat.console.opened import OpenedRun
+from homeostat.console.text import to_json
+from homeostat.console.view import seen, shown
+from tests.console.test_hostile import MARKUP, hostile_run
+
+
+def moments(run: OpenedRun) -> list[float]:
+    return sorted({e.at_s for e in run.entries})
+
+
+def numbers(text: str) -> list[float]:
+    return [float(n) for n in re.findall(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.]*\d)", text)]
+
+
+@pytest.mark.parametrize("which", ["recovered", "handed_over_run"])
+def test_it_says_everything_that_the_card_says(which: str, request: pytest.FixtureRequest) -> None:
+    given = request.getfixturevalue(which)
+    run = given if isinstance(given, OpenedRun) else opened(given, None)
+    checked = 0
+    for at_s in moments(run):
+        moment = seen(run, at_s)
+        if (card := moment.card) is None:
+            continue
+        text = " ".join(p.text for p in moment.told)
+        facts = [card.headline, *(s.text for s in card.seen), *(e.text for e in card.explanations), *card.notes]
+        facts += [choice.what for choice in card.choices] + [refused.why for refused in card.refused]
+        facts += [acted.strategy for acted in card.acted]
+        if card.proposal is not None:
+            facts += [m.tag for m in card.proposal.moves] + [m.name for m in card.proposal.margins]
+            facts += [f"in member {m.member} of" for m in card.proposal.margins] + [*card.proposal.path]
+            facts += [s.guard for s in card.proposal.later] + [*card.proposal.reasons]
+        lacking = [fact for fact in facts if fact not in text]
+        assert not lacking, (at_s, lacking)
+        checked += len(facts)
+    assert checked > 50
+
+
+def test_it_says_no_number_that_is_not_on_the_card(recovered: OpenedRun) -> None:
+    """A number is on the card as it is, rounded, in percent, or as a time after another one."""
+    at_s = shown(recovered).decided_s
+    assert at_s is not None
+    card = seen(recovered, at_s).card
+    assert card is not None
+    held = numbers(to_json(card))
+    told = [f for f in (card.foresight, card.proposal and card.proposal.foresight) if f]
+    held += [f.told.from_s + s for f in told if (r := f.told.first) for s in (r.earliest_s, r.middle_s, r.latest_s)]
+    for paragraph in explained(card):
+        for said in numbers(paragraph.text):
+            near = (abs(said - x) <= 0.006 * abs(x) + 0.5 * (abs(x) > 30.0) for x in held)
+            share = (abs(said - 100.0 * x) <= 0.51 for x in held)
+            assert any(near) or any(share), (said, paragraph)
+
+
+def test_texts_of_others_stay_texts(tmp_path: Path) -> None:
+    run = opened(hostile_run(tmp_path / "run"), None)
+    told = seen(run, 7.0).told
+    assert MARKUP in " ".join(p.text for p in told) and "What acted" in [p.heading for p in told]
+
+
+def test_it_grows_with_what_is_known(recovered: OpenedRun) -> None:
+    begins_s = shown(recovered).begins_s
+    assert begins_s is not None and seen(recovered, begins_s - 1.0).told == ()
+    assert "Why it is safe" not in [p.heading for p in seen(recovered, begins_s).told]
+    assert "Why it is safe" in [p.heading for p in seen(recovered, recovered.last_s).told]
