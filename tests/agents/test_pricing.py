@@ -72,22 +72,6 @@ def test_a_plant_by_design_that_is_left_alone_in_a_state_without_a_price_costs_n
     assert items(found) == {} and found.total == pytest.approx(0.0) and found.share == pytest.approx(0.0)
 
 
-LEAVES = Production("F", 1.0 / 30.0, 1.0, "O", ("L",))
-"""What leaves as O, and what comes to be held in L, is made."""
-
-
-@pytest.mark.parametrize(
-    ("outflow", "gain", "lost"),
-    [(1.0 / 30.0, 0.0, 0.0), (0.0, 0.0, 30.0), (0.7 / 30.0, 0.0, 9.0), (0.7 / 30.0, 4.0, 5.0), (1.0 / 30.0, -3.0, 3.0),
-     (1.0 / 30.0, 5.0, 0.0), (math.nan, 0.0, math.inf), (1.0 / 30.0, math.nan, math.inf)],
-)  # fmt: skip
-def test_what_leaks_is_not_made(outflow: float, gain: float, lost: float) -> None:
-    """A vessel that is fed by design; what it holds changes by ``gain`` L within a quarter of an hour."""
-    price = Pricing(prices_of(ROWS, LEAVES, "EUR", LIMITS, MACHINE), LIMITS, SCALES)
-    of = signals(O=outflow, L=np.linspace(-1.0, gain - 1.0, SAMPLES))
-    assert price.members(of, DT_S)[0] == pytest.approx(lost)
-
-
 def test_what_is_made_beyond_the_design_is_worth_nothing() -> None:
     """Nor does it make up for what was missing before: half of the time without feed costs half of it."""
     assert items(cost(signals(F=1.1 / 30.0))) == {}

@@ -85,6 +85,7 @@ ODD = {
     "infinite": signed(lambda c: c["occasion"]["hypotheses"][0]["faults"][0].update(severity="Infinity")),
     "a command of NaN": signed(lambda c: c["answer"]["commands"][0].update(value="NaN")),
     "a probability of 2": signed(lambda c: c["occasion"]["hypotheses"][0].update(probability=2.0)),
+    "the same number otherwise": line_of(entry()).strip().replace(b":310.0", b":310e0"),
     "no source": signed(lambda c: c.pop("source")),
     "a number for a text": signed(lambda c: c["occasion"].update(state=3)),
     "an object for a number": signed(lambda c: c["answer"].update(cost_share={})),

@@ -1,7 +1,6 @@
 """Pricing: what a rollout costs by the tables, member by member.
 
-    production  product x what the throughput is short of the design rate, summed over the rollout; of a plant that
-                states its outflow, product x what leaves and comes to be held is short of what the design makes
+    production  product x what the throughput is short of the design rate, summed over the rollout
     outside     price x scales by which a soft criterion or an envelope is missed, summed over the rollout [h]
     state       price of the dearest state that is commanded x length of the rollout [h]
     release     once, where something is commanded
@@ -82,23 +81,14 @@ class Pricing:
 
     def _missed(self, signals: Signals, dt_s: float) -> dict[str, Vec]:
         """Item -> what each member costs by it; infinite where it cannot be judged."""
-        short = self._short(signals, dt_s)
-        found = {PRODUCT: np.where(np.isfinite(short), self.prices.product * short, np.inf)}
+        production = self.prices.production
+        rate = signals[production.throughput]
+        short = np.maximum(production.design_rate - rate, 0.0).sum(axis=1) * dt_s / production.per_s
+        known = np.isfinite(rate).all(axis=1)
+        found = {PRODUCT: np.where(known, self.prices.product * short, np.inf)}
         for name, price in self.outside(signals, dt_s).items():
             found[name] = np.broadcast_to(price, short.shape)
         return found
-
-    def _short(self, signals: Signals, dt_s: float) -> Vec:
-        """By how much each member makes less than the design, in the unit of the product; not finite if unknown."""
-        production = self.prices.production
-        if not production.outflow:
-            rate = signals[production.throughput]
-            short = np.maximum(production.design_rate - rate, 0.0).sum(axis=1) * dt_s / production.per_s
-            return np.where(np.isfinite(rate).all(axis=1), short, np.nan)
-        rate = signals[production.outflow]
-        made = rate.sum(axis=1) * dt_s / production.per_s
-        made = made + sum((signals[tag][:, -1] - signals[tag][:, 0] for tag in production.held), np.zeros(len(made)))
-        return np.asarray(np.maximum(production.made(rate.shape[1] * dt_s) - made, 0.0))
 
 
 def _wild(signals: Signals, tags: Iterable[str]) -> Flags:

@@ -77,12 +77,7 @@ class DescribedPlant:
         """What production is, and what everything that does not forbid costs."""
         objective, plant = self.settings.objective, self.description
         return prices_of(
-            plant.prices,
-            objective.production(plant.tags_by_name),
-            objective.currency,
-            plant.limits,
-            plant.machine,
-            plant.timing,
+            plant.prices, objective.production, objective.currency, plant.limits, plant.machine, plant.timing
         )
 
 

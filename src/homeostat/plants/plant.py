@@ -167,7 +167,7 @@ def _case(
 
 def _prices(settings: Settings, plant: PlantDescription) -> Prices:
     objective = settings.objective
-    told = objective.production(plant.tags_by_name), objective.currency, plant.limits, plant.machine
+    told = objective.production, objective.currency, plant.limits, plant.machine
     return prices_of(plant.prices, *told, plant.timing)
 
 

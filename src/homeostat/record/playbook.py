@@ -94,10 +94,11 @@ def _entry(line: bytes) -> Entry:
     if len(line) > LONGEST:
         raise PlaybookError(f"it is longer than {LONGEST} bytes")
     content: dict[str, Any] = json.loads(line)
+    same = canonical(content).encode("ascii") == line.strip()  # 310e0 is 310.0, and nobody has written it
     found = content.pop("sha256")
     if content.get("format") != FORMAT:
         raise PlaybookError(f"it has format {content.get('format')!r}, this version reads {FORMAT}")
-    if digest(canonical(content).encode("ascii")) != found:
+    if not same or digest(canonical(content).encode("ascii")) != found:
         raise PlaybookError("it is not what was written: its digest does not match")
     entry: Entry = made_of(Entry, content)
     return entry

@@ -13,11 +13,6 @@ class Production:
     """Its value by design, in the tag's unit."""
     per_s: float = 1.0
     """Time in which so much is made: 1 for a tag that is a rate per second, a batch's time for an amount [s]."""
-    outflow: str = ""
-    """Tag of the flow by which product leaves, in the unit of the throughput; empty where all that is put through is
-    product: none is lost on the way."""
-    held: tuple[str, ...] = ()
-    """Tags of what is still in the plant, in the unit of the product; of no use without an outflow."""
 
     def made(self, seconds: float) -> float:
         """What is made in so many ``seconds`` by design, in the unit of the product."""

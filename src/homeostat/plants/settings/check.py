@@ -94,14 +94,7 @@ class _Check:
         self.known("objective, throughput", "tag", [objective.throughput], tags)
         tag = tags[objective.throughput]
         some = Range(tag.range.span * 1e-3, tag.range.high)
-        assert objective.design_rate is not None
-        self.inside("objective, design_rate", objective.design_rate, some, tag.unit)
-        if objective.outflow is None:
-            return
-        self.known("objective, outflow", "tag", [objective.outflow], tags)
-        if (unit := tags[objective.outflow].unit) != tag.unit:
-            message = f"{self.where}: objective, outflow: {objective.outflow!r} is in {unit} and the throughput"
-            raise PlantError(f"{message} {tag.name!r} in {tag.unit}; name a flow in {tag.unit}")
+        self.inside("objective, design_rate", objective.production.design_rate, some, tag.unit)
 
     def quantities(self, settings: Settings, model: ProcessModel) -> None:
         """What production is counted in is there."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import fields
 from typing import Annotated, Any, Final, Literal, TypeAlias, TypeVar
 
@@ -93,9 +92,6 @@ class ObjectiveTable(Table):
     """Its value by design, in the tag's unit; see `homeostat.plants.settings.defaults`."""
     per_s: Annotated[float, within(1.0, WEEK_S, "s", "1 for a rate, the time of a batch for an amount")] = 1.0
     """Time in which so much is made: 1 for a tag that is a rate per second, a batch's time for an amount [s]."""
-    outflow: Name | None = None
-    """Tag of the flow by which product leaves, in the unit of the throughput; what leaves, and what comes to be in the
-    tags of `delivered`, is then what a decision makes. None where all that is put through is product."""
     currency: Annotated[str, StringConstraints(pattern=r"^\S{1,12}$")] = "units"
     """What the table of prices is in."""
     delivered: Annotated[list[Name], Len(1, 40)]
@@ -115,11 +111,11 @@ class ObjectiveTable(Table):
                 raise ValueError(f"{message}; call the total otherwise, as {name}_L or {name}_s with its unit")
         return self
 
-    def production(self, tags: Collection[str]) -> Production:
-        """As the search knows it, of completed settings; ``tags`` are those of the plant."""
+    @property
+    def production(self) -> Production:
+        """As the search knows it, of completed settings."""
         assert self.design_rate is not None
-        held = tuple(name for name in self.delivered if name in tags) if self.outflow else ()
-        return Production(self.throughput, self.design_rate, self.per_s, self.outflow or "", held)
+        return Production(self.throughput, self.design_rate, self.per_s)
 
 
 class BalanceTable(Table):
