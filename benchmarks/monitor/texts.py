@@ -50,12 +50,13 @@ measured then in the rows before the faults, from which nothing was learned:"""
 
 CHOSEN: Final = """## How the numbers inside were chosen
 
-None is fitted to a label, and nothing is searched for. The weight of the means (0.2) and the slack of the sums
-(0.5) are those of textbooks; principal components keep 90 % of the variance; canonical variates see three rows of
-the past, and at most 25 are states; a forest has 100 trees. A signal is watched by its changes where it departs
-three times as far, in variance, as it varies: half-way between a level (1) and a random walk (5). Limits are read
-from fault-free rows that were judged by what others of them taught: five parts of each run, or, where a table has
-its own first rows, each piece of half as many by the piece before it. Decision 0053 has the reasons."""
+None is fitted to a label by the code, which searches for none; what a person saw is said below. The weight of the
+means (0.2) and the slack of the sums (0.5) are those of textbooks; principal components keep 90 % of the variance;
+canonical variates see three rows of the past, and at most 25 are states; a forest has 100 trees. A signal is
+watched by its changes where it departs three times as far, in variance, as it varies: half-way between a level (1)
+and a random walk (5). Limits are read from fault-free rows that were judged by what others of them taught: five
+parts of each run, or, where a table has its own first rows, each piece of half as many by the piece before it.
+Decision 0053 has the reasons."""
 
 TRIED: Final = """## What was tried, and what was seen meanwhile
 
