@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from homeostat.domain.snapshot import Snapshot
 from homeostat.journal.beside.artifacts import TIME
-from homeostat.record.directory import MEASURED, TRAJECTORY
+from homeostat.record.directory import TRAJECTORY
 
 Values = NDArray[np.float64]
+_MEASURED: Final = "measured "
+"""Begin of the columns that instruments have filled."""
 _ROOM: Final = 4096
 """Moments for which there is room at first."""
 MOST: Final = 200_000
@@ -48,9 +50,9 @@ class Readings:
 
         try:
             table = pq.read_table(path)
-            names = [name for name in table.schema.names if name.startswith(MEASURED)]
+            names = [name for name in table.schema.names if name.startswith(_MEASURED)]
             times = np.asarray(table[TIME], dtype=np.float64)
-            signals = {n.removeprefix(MEASURED): np.asarray(table[n], dtype=np.float64) for n in names}
+            signals = {n.removeprefix(_MEASURED): np.asarray(table[n], dtype=np.float64) for n in names}
         except (pa.ArrowException, KeyError, OSError, ValueError) as error:
             raise ReadingsError(f"{str(path)!r} is no trajectory: {' '.join(str(error).split())}") from error
         return cls(times, signals) if times.size else None
