@@ -92,7 +92,7 @@ def test_whoever_stops_reading_loses_nothing_that_is_kept(tmp_path: Path, ill: s
         (("ill.csv", "--detectors", "magic"), ("'magic' is no detector", "three-sigma")),
         (("ill.csv", "--healthy", "5000"), ("none is left to judge",)),
         (("ill.csv", "--time", "when"), ("no column 'when'",)),
-        (("ill.csv", "--false-alarms", "0.001"), ("0.001 cannot be told from 150", "at least 0.0067")),
+        (("ill.csv", "--false-alarms", "0.001"), ("0.001 cannot be told from 300", "at least 0.0067")),
         (("ill.csv", *(o for name in NAMES for o in ("--ignore", name))), ("no column of signals is left",)),
         (("ill.csv", "--last", "8h"), ("for runs and histories",)),
         (("empty",), ("'empty'",)),

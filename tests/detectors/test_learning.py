@@ -61,6 +61,13 @@ def test_a_walk_is_told_from_a_level() -> None:
     assert (found > WANDERS).tolist() == [True, False]
 
 
+def test_that_a_signal_was_switched_in_one_run_does_not_make_it_wander() -> None:
+    switched = course(400, 1)
+    switched[200:] += 1_000.0
+    runs = [switched, *(course(400, 1, seed=k) for k in range(2, 20))]
+    assert LEVEL < departures(runs)[0] < WANDERS < departures([switched])[0]
+
+
 def test_what_stands_still_says_nothing_of_a_level() -> None:
     still = np.ones((400, 1))
     assert departures([still]).tolist() == [0.0]
@@ -84,15 +91,37 @@ def test_no_row_is_judged_by_itself() -> None:
 
 
 def test_a_piece_is_judged_by_the_one_before_it() -> None:
-    for split in pairs([np.arange(500.0)[:, None]], 200):
+    many = pairs([np.arange(2_000.0)[:, None]], 200)
+    assert len(many) == 19
+    for split in many:
         assert split.learned[0][-1, 0] + 1.0 == split.judged[split.context, 0]
         assert len(split.learned[0]) == len(split.judged) - split.context == 100
+
+
+def test_few_pieces_are_judged_in_both_directions() -> None:
+    firsts = [
+        split.judged[split.context, 0] - split.learned[0][-1, 0] for split in pairs([np.arange(500.0)[:, None]], 200)
+    ]
+    assert firsts == [1.0] * 4 + [-1.0] * 4
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.8])
+def test_a_table_alone_keeps_about_the_stated_rate(memory: float) -> None:
+    """One table of 400 fault-free rows knows little: three times the stated rate is what it may come to."""
+    rates = []
+    for seed in range(20):
+        rows = np.random.default_rng(seed).normal(size=(1_400, 4))
+        for k in range(1, len(rows)):
+            rows[k] += memory * rows[k - 1]
+        baseline = Baseline.of([rows[:400]], detectors(("ewma", "cva"), 1), 0.01, healthy=400)
+        rates.append((baseline.judge(rows, 400).scores[400:].max(axis=1) > 1.0).mean())
+    assert np.mean(rates) < 0.03
 
 
 def test_too_few_rows_are_refused_with_how_many_are_needed() -> None:
     with pytest.raises(DetectionError, match=r"59 fault-free rows are too few to learn from; at least 60"):
         Baseline.of([course(59)], detectors(("ewma",), 1), 0.05)
-    with pytest.raises(DetectionError, match=r"cannot be told from 400 .* give 1000 rows, or allow at least 0.0025"):
+    with pytest.raises(DetectionError, match=r"cannot be told from 400 .* give 2000 rows, or allow at least 0.005"):
         Baseline.of([course(400)], detectors(("ewma",), 1), 0.001)
 
 

@@ -71,6 +71,7 @@ def test_a_column_may_be_ignored_and_another_have_the_times(tmp_path: Path) -> N
         ("time,a\n0,1\n1\n", "is no table of signals: CSV parse error"),
         ("time,a,a\n0,1,2\n1,2,3\n", "the column 'a' is there 2 times"),
         ("time,a\n0,1\n1,pump\n", "'pump' in row 2 of 'a' is no number; leave the column out with --ignore 'a'"),
+        ("0,1.5\n1,2.5\n2,3.5\n", "the first line has numbers; it must name the signals"),
         ("time\n0\n1\n", "no column of signals is left; there are 'time'"),
         ("time,a\n0,1\n0,2\n", "the time in row 2 of 'time' is not after the one before it"),
         ("time,a\n5,1\n3,2\n", "the time in row 2 of 'time' is not after the one before it .*; sort the rows"),
@@ -86,10 +87,10 @@ def test_what_is_no_table_is_refused(tmp_path: Path, text: str, words: str) -> N
         read_table(table(tmp_path / "bad.csv", text))
 
 
-@pytest.mark.parametrize("content", [b"\x89PNG\r\n\x1a\n\x00\x00\x00\xff", b"\xff\xfe\x00a", b"a,b\n1,\xe9\n2,3\n"])
+@pytest.mark.parametrize("content", [b"\x89PNG\r\n\x1a\n\x00\x00\x00\xff", b"\xff\xfe\x00a", b"T \xb0C,b\n1,2\n"])
 def test_what_is_no_text_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "t.csv").write_bytes(content)
-    with pytest.raises(DetectionError, match=r"t.csv"):
+    with pytest.raises(DetectionError, match=r"is no text in UTF-8; save it"):
         read_table(tmp_path / "t.csv")
 
 

@@ -15,7 +15,7 @@ from homeostat.detectors.splits import Split, folds, pairs
 
 LEAST_ROWS: Final = 60
 """Fewest fault-free rows of a run that is learned from."""
-LEAST_ALARMS: Final = 1.0
+LEAST_ALARMS: Final = 2.0
 """Fewest false alarms among the judged fault-free rows that a limit is read from."""
 FARTHEST: Final = 1e6
 """Deviations beyond which a signal is no farther away [1]."""

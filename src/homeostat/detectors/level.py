@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.detectors.detector import Values
-from homeostat.detectors.splits import pairs
+from homeostat.detectors.splits import onward
 
 LEVEL: Final = 1.0
 WALK: Final = 5.0
@@ -15,6 +15,8 @@ WALK: Final = 5.0
 
 Over n steps the variance of a random walk about its own mean is n/6; the next n rows have 5n/6 about that mean.
 """
+MOST: Final = WALK**2
+"""Most that one run counts for [1]: that a signal was switched in one of them says little of the others."""
 WANDERS: Final = (LEVEL + WALK) / 2.0
 """Departure above which a signal has no level [1]."""
 
@@ -35,14 +37,14 @@ def departures(runs: Sequence[Values], healthy: int | None = None) -> Values:
 def _departure(run: Values, healthy: int | None) -> Values:
     """The departure of each signal in one run, NaN where it stands still in every piece, shape (signals,)."""
     total, count = np.zeros(run.shape[1]), np.zeros(run.shape[1])
-    for split in pairs([run], healthy):
+    for split in onward(run, (healthy or len(run)) // 2):
         before, after = split.learned[0], split.judged[split.context :]
         variance, mean = before.var(axis=0), before.mean(axis=0)
         moves = variance > 1e-12 * (1.0 + mean**2)
         distance = ((after - mean) ** 2).mean(axis=0)
         total += np.divide(distance, variance, out=np.zeros_like(variance), where=moves)
         count += moves
-    return np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0)
+    return np.minimum(np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0), MOST)
 
 
 def levelled(rows: Values, wander: NDArray[np.bool_]) -> Values:

@@ -12,6 +12,8 @@ FOLDS: Final = 5
 """Parts of each run, each of which is judged by what the others teach."""
 MOST: Final = 120
 """Most splits: of more, as many are taken at equal distances."""
+FEW: Final = 10
+"""Pairs of pieces below which they are taken in both directions of time."""
 CONTEXT: Final = 60
 """Rows before a judged part from which a detector's memory begins; they are not judged."""
 
@@ -44,14 +46,19 @@ def folds(runs: Sequence[Values]) -> tuple[Split, ...]:
 def pairs(runs: Sequence[Values], healthy: int | None = None) -> tuple[Split, ...]:
     """Pieces of half of ``healthy`` rows, each judged by what the piece before it teaches; by default half of a run.
 
-    That is how a table is judged whose first ``healthy`` rows are all that is known of its normal level.
+    That is how a table is judged whose first ``healthy`` rows are all that is known of its normal level. Where there
+    are fewer than `FEW`, each piece is judged by the one after it, too: limits of few rows are worth little.
     """
-    found = [split for run in runs for split in _neighbours(run, (healthy or len(run)) // 2)]
+    length = [(run, (healthy or len(run)) // 2) for run in runs]
+    found = [split for run, rows in length for split in onward(run, rows)]
+    if len(found) < FEW:
+        found += [split for run, rows in length for split in onward(run[::-1], rows)]
     chosen = np.unique(np.linspace(0, len(found) - 1, min(MOST, len(found))).round().astype(int))
     return tuple(found[k] for k in chosen)
 
 
-def _neighbours(run: Values, length: int) -> Iterator[Split]:
+def onward(run: Values, length: int) -> Iterator[Split]:
+    """Pieces of ``length`` rows of one run, each judged by what the piece before it teaches."""
     context = min(CONTEXT, length)
     for middle in range(length, len(run) - length + 1, length):
         yield Split((run[middle - length : middle],), run[middle - context : middle + length], context)

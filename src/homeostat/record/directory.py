@@ -19,6 +19,8 @@ from homeostat.record.texts import Texts
 
 TRAJECTORY = "trajectory.parquet"
 """Measured and true values of every tag."""
+MEASURED = "measured "
+"""Begin of the columns of a trajectory that instruments have filled."""
 FIGURE = "figure.png"
 """The run as a picture."""
 
@@ -148,7 +150,7 @@ class RunDirectory:
 
     def store_trajectory(self, measured: Trajectory, truth: Trajectory, units: Mapping[str, str]) -> StoredFile:
         """Keep the columns ``measured TAG`` and ``true TAG`` of every tag in ``units`` (tag -> unit)."""
-        columns = {f"measured {tag}": measured.signals[tag][0] for tag in units}
+        columns = {f"{MEASURED}{tag}": measured.signals[tag][0] for tag in units}
         columns |= {f"true {tag}": truth.signals[tag][0] for tag in units}
         by_column = {name: units[name.partition(" ")[2]] for name in columns}
         return write_parquet(self.path / TRAJECTORY, truth.times_s, columns, by_column)

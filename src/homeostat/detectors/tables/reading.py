@@ -1,6 +1,5 @@
 """A table of signals from a file, CSV or Parquet; what is wrong with it is one line."""
 
-import csv
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -35,12 +34,14 @@ def read_table(path: Path, time: str | None = None, ignored: Sequence[str] = ())
     read.
     """
     size = path.stat().st_size
+    if not path.is_file():
+        raise DetectionError(f"{str(path)!r} is no file; a table is read twice, so it cannot come through a pipe")
     if size > MOST_BYTES:
         text = f"{str(path)!r} has {size / 2**30:.1f} GiB; at most {MOST_BYTES / 2**30:.0f} GiB are read"
         raise DetectionError(f"{text}; cut it into parts or take fewer rows")
     try:
         columns = pa.parquet.read_table(path) if path.suffix.lower() in (".parquet", ".pq") else _from_csv(path)
-    except (pa.ArrowException, UnicodeDecodeError, csv.Error) as error:
+    except pa.ArrowException as error:
         raise DetectionError(f"{str(path)!r} is no table of signals: {' '.join(str(error).split()):.200}") from error
     return _table(str(path), columns, time, ignored)
 
@@ -48,7 +49,10 @@ def read_table(path: Path, time: str | None = None, ignored: Sequence[str] = ())
 def _from_csv(path: Path) -> Any:
     with path.open("rb") as file:
         head = file.read(_HEAD)
-    text = head.decode("utf-8-sig", errors="strict" if len(head) < _HEAD else "ignore")
+    try:
+        text = head.decode("utf-8-sig", errors="strict" if len(head) < _HEAD else "ignore")
+    except UnicodeDecodeError:
+        raise DetectionError(f"{str(path)!r} is no text in UTF-8; save it as CSV in UTF-8, or as Parquet") from None
     lines = text.splitlines()
     if not lines or not lines[0].strip():
         raise DetectionError(f"{str(path)!r} is empty; its first line must name the signals")
@@ -68,6 +72,10 @@ def _table(name: str, columns: Any, time: str | None, ignored: Sequence[str]) ->
     if twice is not None:
         raise DetectionError(
             f"{name}: the column {twice!r} is there {names.count(twice)} times; each needs a name of its own"
+        )
+    if all(_is_number(n) for n in names):
+        raise DetectionError(
+            f"{name}: the first line has numbers; it must name the signals, so put one with names above"
         )
     if columns.num_rows < 2:
         raise DetectionError(f"{name}: {columns.num_rows} rows are no course of signals; at least 2 are needed")
@@ -105,13 +113,17 @@ def _numbers(name: str, signal: str, column: Any) -> Values:
     raise DetectionError(f"{name}: {text!r:.60} in row {row + 1} of {signal!r} is no number; {remedy}")
 
 
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def _first_text(column: Any) -> tuple[int, str]:
     for row, value in enumerate(column.to_pylist()):
-        if value is None:
-            continue
-        try:
-            float(value)
-        except (TypeError, ValueError):
+        if value is not None and not _is_number(str(value)):
             return row, str(value)
     return 0, str(column[0].as_py())
 

@@ -18,13 +18,11 @@ from homeostat.history.samples import Series, Span
 from homeostat.history.store import HistoryReader
 from homeostat.history.times import told_time
 from homeostat.journal.beside.artifacts import TIME
-from homeostat.record.directory import TRAJECTORY
+from homeostat.record.directory import MEASURED, TRAJECTORY
 
 Values = NDArray[np.float64]
 STALE: Final = 3
 """Rows for which a reading of a history counts after it was taken."""
-_MEASURED: Final = "measured "
-"""Begin of the columns that instruments have filled."""
 
 
 def signals_of_run(run_dir: Path, plant: PlantDescription) -> SignalTable:
@@ -42,8 +40,8 @@ def signals_of_run(run_dir: Path, plant: PlantDescription) -> SignalTable:
     try:
         table = pq.read_table(path)
         times = np.asarray(table[TIME], dtype=np.float64)
-        names = [name for name in table.schema.names if name.startswith(_MEASURED)]
-        readings = {n.removeprefix(_MEASURED): np.asarray(table[n], dtype=np.float64) for n in names}
+        names = [name for name in table.schema.names if name.startswith(MEASURED)]
+        readings = {n.removeprefix(MEASURED): np.asarray(table[n], dtype=np.float64) for n in names}
     except (pa.ArrowException, KeyError, ValueError) as error:
         raise DetectionError(f"{str(path)!r} is no trajectory: {' '.join(str(error).split()):.200}") from error
     return _table(str(run_dir), times, readings, plant, "")
