@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from homeostat.history.embedded import reading
 from homeostat.history.embedded.layout import MARK, segments_of
 from homeostat.history.embedded.reading import EmbeddedHistory
 from homeostat.history.embedded.records import HEADER, Kind, Record, framed, scan
@@ -129,6 +130,24 @@ def test_a_byte_that_changed_costs_one_record_and_is_told(at: float, flipped: in
         assert troubles and set(rows) <= set(every) and sorted(rows) == rows
         # Where the names are lost nothing can be said of the samples, and that is told as well.
         assert len(rows) >= 19 or (not known and any("lost the names of their tags" in line for line in troubles))
+
+
+@pytest.mark.parametrize("when", ["read_names", "segments_of"])
+def test_names_are_known_while_a_log_becomes_a_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, when: str
+) -> None:
+    """Whoever writes seals everything just before or just after a reader looks for names, in either of two places."""
+    log = left_behind(tmp_path / "history")
+    seen, own = EmbeddedHistory(log.parents[1]), getattr(reading, when)
+
+    def sealed_meanwhile(folder: Path) -> object:
+        found = own(folder)
+        EmbeddedStore(folder).close()
+        return found
+
+    monkeypatch.setattr(reading, when, sealed_meanwhile)
+    assert seen.tags() == ("L1", "T1") and not log.exists()
+    assert seen.read(["T1"], ALWAYS)["T1"].length == 20
 
 
 def test_a_store_that_was_killed_while_it_made_tables_reads_the_same(tmp_path: Path) -> None:

@@ -115,10 +115,10 @@ class EmbeddedHistory:
         raise HistoryError(f"files of {str(self._folder)!r} go while they are read; is anybody else removing them?")
 
     def _tags(self) -> tuple[str, ...]:
+        # The log first: what becomes a table meanwhile has its names among those that are read then.
+        contents = self._contents(segments_of(self._folder))
         names = set(read_names(self._folder))
-        for _, content in self._contents(segments_of(self._folder)):
-            names.update(filter(None, content.names))
-        return tuple(sorted(names))
+        return tuple(sorted(names.union(*(filter(None, content.names) for _, content in contents))))
 
     def _extent(self) -> Span | None:
         files = listed(self._folder, RAW)
