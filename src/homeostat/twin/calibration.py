@@ -99,21 +99,19 @@ def calibrate(
     """``posterior`` after ``window``, in which nothing but what is ``present`` was wrong.
 
     Args:
+        posterior: what was known before; it depends on the size of no fault.
         present: what was present; then, where the size of that one fault is not known exactly, the same with the size
             off by a standard deviation.
         errors: variable -> (noise per reading, model error), standard deviations in the variable's unit.
         initial: state -> standard deviation of what smoothing may have got wrong at the window's start.
     """
     variables = tuple(errors)
-    base = posterior.mean + posterior.change(present[0].faults)
     count = posterior.root.shape[1]
     offsets = np.zeros((1 + count + len(initial) + len(present) - 1, len(model.states)))
     for k, (state, sd) in enumerate(initial.items()):
         offsets[1 + count + k, column(model.states, state)] = sd
-    sets = np.vstack([
-        base, base + posterior.root.T, np.tile(base, (len(initial), 1)),
-        *(posterior.mean + posterior.change(other.faults) for other in present[1:]),
-    ])  # fmt: skip
+    same = np.tile(posterior.mean, (len(initial) + len(present) - 1, 1))
+    sets = np.vstack([posterior.mean, posterior.mean + posterior.root.T, same])
     members = [0] * (1 + count + len(initial)) + list(range(1, len(present)))
     run = replay(model, window, sets, joined([present[m].carried for m in members]), variables, offsets)
     response, surprise = _compared(run, window, errors)
@@ -126,18 +124,17 @@ def calibrate(
         gain = covariance[own, others] @ np.linalg.inv(covariance[others, others])
         z[own] -= gain @ z[others]
         covariance[own, own] -= gain @ covariance[others, own]
-        goes_with = _goes_with(posterior, present, posterior.root @ gain[:, 0])
+        goes_with = _goes_with(present, posterior.root @ gain[:, 0])
     root = posterior.root @ np.linalg.cholesky(covariance[own, own] + 1e-12 * np.eye(count))
     inputs = model.replay_inputs(window.readings, window.inputs).mean(axis=0)
     usual = Usual(inputs, {v: float(window.readings[v].mean()) for v in variables})
-    return Posterior(base + posterior.root @ z[own], root, usual, goes_with)
+    return Posterior(posterior.mean + posterior.root @ z[own], root, usual, goes_with)
 
 
-def _goes_with(posterior: Posterior, present: Sequence[Present], change: Vec) -> GoesWith:
-    """How parameters go with the size, that change by ``change`` and by what they did before where it is off."""
+def _goes_with(present: Sequence[Present], change: Vec) -> GoesWith:
+    """How parameters go with the size, that change by ``change`` where it is off."""
     (fault,), (other,) = present[0].faults, present[1].faults
-    before = posterior.change((other,)) - posterior.change((fault,))
-    return GoesWith(fault.fault, fault.severity, (change + before) / (other.severity - fault.severity))
+    return GoesWith(fault.fault, fault.severity, change / (other.severity - fault.severity))
 
 
 def _compared(run: Replay, window: Window, errors: Mapping[str, tuple[float, float]]) -> tuple[Table, Vec]:

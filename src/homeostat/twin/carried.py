@@ -91,6 +91,8 @@ class Carrier:
             return []
         (fault,), (low, high) = hypothesis.faults, hypothesis.between
         sd, allowed = (high - low) / WITH_95_PERCENT, self.modes[fault.fault].severity_range
+        if not sd > 0.0:  # it is known exactly
+            return []
         sd = -sd if fault.severity + sd > allowed.high else sd
         return [(replace(fault, severity=fault.severity + sd),)]
 
