@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
@@ -217,20 +218,22 @@ def test_a_twin_that_breaks_down_nearby_has_no_sensitivities() -> None:
 
 
 def test_the_loop_is_not_blocked_meanwhile() -> None:
+    goes_on = threading.Event()
+    went_on: list[bool] = []
+
     class Slow(Line):
         def try_many(self, ensemble: Any, schedules: np.ndarray) -> tuple[dict[str, np.ndarray], float]:
-            import time
-
-            time.sleep(0.3)
+            went_on.append(goes_on.wait(20.0))
             return super().try_many(ensemble, schedules)
 
-    async def both() -> int:
+    async def both() -> None:
         simulation = TwinSimulation(Slow(), TAGS, LIMITS)  # type: ignore[arg-type]
         task = asyncio.create_task(simulation.sensitivities(diagnosis(50.0), feeding(FULL), (RUNNING,), ["ACC-CALM"]))
-        ticks = 0
-        while not task.done():
-            await asyncio.sleep(0.01)
-            ticks += 1
-        return ticks
+        for _ in range(10):
+            await asyncio.sleep(0.001)
+            assert not task.done()
+        goes_on.set()
+        await task
 
-    assert asyncio.run(both()) > 10
+    asyncio.run(both())
+    assert went_on and all(went_on), "the loop has gone on while the twin was at it"

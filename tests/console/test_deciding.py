@@ -220,7 +220,7 @@ def test_closed_loop_needs_two_and_a_viewer_sees_no_button(browser: Any, desk: S
 
 def test_a_proposal_that_expires_cannot_be_approved(browser: Any, people: Path, tmp_path: Path) -> None:
     with (
-        Attended(tmp_path / "l", person_s=40.0) as service,
+        Attended(tmp_path / "l", person_s=200.0) as service,
         served(service.directory, "--people", str(people)) as server,
         at(browser, server, "Bo") as page,
     ):

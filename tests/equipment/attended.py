@@ -29,6 +29,8 @@ from tests.guard.vessel import KEY, World
 
 TICK_S = 0.05
 """Wall-clock time from tick to tick [s]: a second of the vessel's."""
+PERSON_S = 3600.0
+"""How long a yes is waited for [s]: 3 min of a page on a busy host."""
 
 
 @dataclass
@@ -53,14 +55,14 @@ class Attended:
             self.journal.record(first_event("vessel", (), "2026-01-01T00:00:00+00:00", ()), 0.0)
         self.world = World(
             mode=mode,
-            settings=GuardSettings(**{"persons": 2, "sync_s": 5.0, **settings}),
+            settings=GuardSettings(**{"persons": 2, "sync_s": 5.0, "person_s": PERSON_S, **settings}),
             record=self.journal,
             memory=Memory.of(records) if records else None,
             goes_on=False,
         )
         if records:
             self.world.vessel.now_s = float(int(records[-1].at_s)) + 1.0
-        guard, person_s = self.world.guard, settings.get("person_s", 600.0)
+        guard, person_s = self.world.guard, settings.get("person_s", PERSON_S)
         self._sealer = Sealer("check", KEY, lambda: person_s)
         board = StatusBoard(guard, _Connected(), lambda: 0, {"plant": "vessel", "configuration": "c" * 64})
         board.recall(records)

@@ -9,7 +9,7 @@ from homeostat.domain.events.trips import FallbackStands
 from homeostat.domain.events.writes import LeaseLost
 from homeostat.domain.recovery import Command
 from homeostat.guard.writing import bounded
-from tests.guard.test_blocking_links import QUICK, Blocked, timed
+from tests.guard.test_blocking_links import QUICK, Blocked, timed, until
 from tests.guard.vessel import DRAIN, World, running, statuses
 
 
@@ -63,7 +63,7 @@ def test_a_link_that_always_says_too_late_that_the_lease_is_over_is_heard_at_the
     vessel.slow_s, vessel.over = 3.0 * QUICK.call_s, True
     timed(world)
     assert world.journal.of(LeaseLost) == []
-    time.sleep(2.0 * vessel.slow_s)
+    until(lambda: not world.guard._parts.tenure._lease._questions[0].busy)  # type: ignore[union-attr]
     timed(world)
     assert [e.reason for e in world.journal.of(LeaseLost)] == ["the plant says that the lease is over"]
 

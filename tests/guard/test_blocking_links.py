@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -26,7 +27,17 @@ from tests.guard.vessel import DRAIN, Answer, Vessel, World, running
 TICK_S = 1.5
 """Longest that a tick in which something begins to hang is ready to wait; bounded calls add up to less [s]."""
 QUICK = GuardSettings(sync_s=5.0, call_s=0.05, lease_s=0.1)
+LONG_S = 60.0
+"""Longest wait for a thread of a busy host, wall-clock [s]."""
 FALLBACK = DRAIN.actions.commands
+
+
+def until(holds: Callable[[], bool]) -> None:
+    """Wait for what another thread does."""
+    deadline = time.monotonic() + LONG_S
+    while not holds():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
 
 
 class Blocked(Vessel):
@@ -39,11 +50,14 @@ class Blocked(Vessel):
         self.blocked, self._most = set(calls), most
         self.let_go = threading.Event()
         self.called: list[str] = []
+        self.hanging: list[str] = []
 
     def _wait(self, call: str) -> None:
         self.called.append(call)
         if call in self.blocked and self.called.count(call) <= self._most:
+            self.hanging.append(call)
             self.let_go.wait()
+            self.hanging.remove(call)
 
     def take(self) -> Vessel:
         self._wait("take")
@@ -119,8 +133,7 @@ def test_what_hung_and_arrives_after_the_fallback_is_put_right() -> None:
     timed(subject, 2)
     timed(subject, 4, L=14.0)
     vessel.let_go.set()
-    while len(vessel.wire) < 2:
-        time.sleep(0.001)
+    until(lambda: len(vessel.wire) == 2)
     assert vessel.accepted["F.sp"] == 0.02, "the request's write has come through behind the fallback"
     timed(subject, 4)
     assert vessel.accepted["F.sp"] == 0.0 and "late:F.sp" in {a.id for a in subject.guard.alarms}
@@ -145,7 +158,7 @@ def test_a_link_in_which_everything_hangs_is_tried_for_ever_with_few_threads_and
     assert {"lease", "shed", "fallback:drain", "fallback:close"} <= subject.alarms
     assert vessel.wire == [] and not subject.guard._latch.standing
     vessel.let_go.set()
-    time.sleep(0.2)
+    until(lambda: not vessel.hanging)
     timed(subject, 40)
     assert vessel.accepted["X.cmd"] == 0.0 and subject.guard._latch.standing
 
@@ -155,14 +168,14 @@ def test_a_heartbeat_that_hangs_is_an_alarm_until_one_is_taken() -> None:
     timed(subject, 2)
     assert vessel.beats[-1] < vessel.now_s - 1.0 and "heartbeat" in subject.alarms
     vessel.let_go.set()
-    time.sleep(0.2)
+    until(lambda: not subject.guard._parts.tenure._lease._heartbeat.busy)  # type: ignore[union-attr]
     timed(subject, 2)
     assert vessel.beats[-1] == vessel.now_s and "heartbeat" not in subject.alarms
 
 
-@pytest.mark.parametrize("late_s", [0.0, 0.15, 0.6])
-def test_a_lease_that_comes_late_is_claimed_by_the_next_order_or_given_back(late_s: float) -> None:
-    settings = GuardSettings(sync_s=5.0, call_s=0.05, lease_s=0.1, lease_within_s=0.3)
+@pytest.mark.parametrize(("kept_s", "came"), [(LONG_S, False), (LONG_S, True), (0.05, True)])
+def test_a_lease_that_comes_late_is_claimed_by_the_next_order_or_given_back(kept_s: float, came: bool) -> None:
+    settings = GuardSettings(sync_s=5.0, call_s=0.05, lease_s=0.1, lease_within_s=kept_s)
     vessel = Blocked("take", most=1)
     lease = bounded.BoundedLease(vessel, settings)
     with pytest.raises(NoAnswer, match="taking the lease has not answered"):
@@ -171,17 +184,19 @@ def test_a_lease_that_comes_late_is_claimed_by_the_next_order_or_given_back(late
         lease.take()
     assert vessel.called == ["take"], "one call at a time"
     vessel.let_go.set()
-    time.sleep(late_s)
-    if late_s:
-        assert (vessel.given_back == 1) == (late_s > 0.3)
-    deadline = time.monotonic() + 60.0
+    if came:
+        until(lambda: lease.arrived if kept_s == LONG_S else not lease.awaited)
+        assert vessel.given_back == (0 if kept_s == LONG_S else 1)
+    deadline = time.monotonic() + LONG_S
     while True:
         try:
             wire = lease.take()
             break
         except NoAnswer:
             assert time.monotonic() < deadline
-    assert wire.send(FALLBACK).done and vessel.leases == (2 if late_s > 0.3 else 1)
+    ticket = wire.send(FALLBACK)
+    until(lambda: ticket.done)
+    assert vessel.leases == (1 if kept_s == LONG_S else 2)
 
 
 def test_a_ticket_that_hangs_is_not_done_and_one_that_breaks_is_an_error() -> None:
@@ -209,39 +224,41 @@ def test_a_ticket_that_hangs_is_not_done_and_one_that_breaks_is_an_error() -> No
     ticket = bounded.BoundedLease(Link(), QUICK).take().send(FALLBACK)
     assert not ticket.done and not ticket.done and ticket.error == ""
     let_go.set()
-    time.sleep(0.2)
-    assert ticket.done and ticket.error == ""
+    until(lambda: ticket.done)
+    assert ticket.error == ""
     answers = iter([False, False])
 
     def slowly() -> bool:
         return next(answers, True)
 
-    ask = slowly
-    ticket = bounded.BoundedLease(Link(), QUICK).take().send(FALLBACK)
+    ask, patient = slowly, replace(QUICK, call_s=LONG_S, lease_s=LONG_S)
+    ticket = bounded.BoundedLease(Link(), patient).take().send(FALLBACK)
     assert not ticket.done and ticket.done
     ask = breaks
     with pytest.raises(ConnectionError, match="reset by peer"):
-        bounded.BoundedLease(Link(), QUICK).take().send(FALLBACK)
+        bounded.BoundedLease(Link(), patient).take().send(FALLBACK)
 
 
 def test_a_lane_makes_one_call_at_a_time_and_hands_on_what_it_raises() -> None:
-    lane, let_go = Lane("a question", 0.05), threading.Event()
+    lane, let_go = Lane("a question", LONG_S), threading.Event()
     assert lane.ask(lambda: 3) == 3 and not lane.busy
     with pytest.raises(ConnectionError, match=r"^KeyboardInterrupt$"):
         lane.ask(_interrupt)
-    with pytest.raises(NoAnswer, match=r"a question has not answered for 0\.\d s"):
-        lane.ask(lambda: let_go.wait(30.0))
+    lane._wait_s = 0.05
+    with pytest.raises(NoAnswer, match=r"a question has not answered for \d+\.\d s"):
+        lane.ask(lambda: let_go.wait(LONG_S))
     asked: list[int] = []
     with pytest.raises(NoAnswer):
         lane.ask(lambda: asked.append(1))
     assert lane.busy and asked == []
     let_go.set()
-    time.sleep(0.1)
+    until(lambda: not lane.busy)
+    lane._wait_s = LONG_S
     assert lane.ask(lambda: 4) == 4 and asked == [], "what was refused is not made up for"
 
 
 def test_a_lane_keeps_its_thread_for_the_next_call_and_no_process_waits_for_it() -> None:
-    lane = Lane("a question", 1.0)
+    lane = Lane("a question", LONG_S)
     thread = lane.ask(threading.current_thread)
     time.sleep(0.05)
     assert lane.ask(threading.current_thread) is thread and thread.daemon and thread.name == "a question"
@@ -251,10 +268,11 @@ def test_whoever_waits_for_a_lane_waits_for_the_call_that_is_under_way_and_no_lo
     lane, let_go = Lane("a question", 0.2), threading.Event()
     lane.wait()
     with pytest.raises(NoAnswer):
-        lane.ask(lambda: let_go.wait(30.0))
+        lane.ask(lambda: let_go.wait(LONG_S))
     with waits() as waited:
         lane.wait()
     assert waited.limits_s == [0.2] and waited.vain_s == 0.2 and lane.busy
+    lane._wait_s = LONG_S
     let_go.set()
     lane.wait()
     assert not lane.busy

@@ -20,16 +20,18 @@ from tests.history.test_embedded import MEMORY
 from tests.history.writing import TAGS
 
 REPO = Path(__file__).resolve().parents[2]
+MOST = 800
+"""Most batches that are waited for before a kill: twenty tables are made of them."""
 
 
-def killed_after(folder: Path, seconds: float) -> list[int]:
-    """Batches that a writer acknowledged before it was killed, ``seconds`` after the first."""
+def killed_after(folder: Path, batches: int, seconds: float) -> list[int]:
+    """Batches that a writer acknowledged before it was killed, ``seconds`` after the first so many."""
     surroundings = environment()
     surroundings["PYTHONPATH"] = f"{surroundings['PYTHONPATH']}:{REPO}"
     command = [sys.executable, "-m", "tests.history.writing", str(folder)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=surroundings, cwd=REPO) as writer:
         assert writer.stdout is not None
-        acknowledged = [writer.stdout.readline()]
+        acknowledged = [writer.stdout.readline() for _ in range(batches)]
         time.sleep(seconds)
         writer.kill()
         acknowledged += writer.stdout.read().splitlines(keepends=True)
@@ -50,17 +52,19 @@ def looked_through(folder: Path, acknowledged: set[int]) -> None:
 
 def deaths(times: int, seed: int) -> None:
     """Kill a writer again and again, and look through the store after each death."""
-    draws, acknowledged = random.Random(seed), set[int]()
+    draws, acknowledged, least = random.Random(seed), set[int](), 0
     with tempfile.TemporaryDirectory(dir=MEMORY) as base:
         folder = Path(base) / "history"
         for _ in range(times):
-            acknowledged |= set(killed_after(folder, draws.uniform(0.0, 1.0)))
+            batches = draws.randint(1, MOST)
+            acknowledged |= set(killed_after(folder, batches, draws.uniform(0.0, 0.1)))
+            least += batches
             looked_through(folder, acknowledged)
         with EmbeddedStore(folder) as store:
             # A torn record is told; it is no loss of what was acknowledged.
             assert all("torn" in line for line in store.take_troubles())
         looked_through(folder, acknowledged)
-        assert len(acknowledged) > 20 * times
+        assert len(acknowledged) >= least, "each life goes on behind the one before"
 
 
 def test_a_writer_that_is_killed_three_times_loses_nothing() -> None:

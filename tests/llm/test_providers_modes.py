@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
-import time
+import threading
 import urllib.request
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -129,17 +130,26 @@ def test_a_way_is_given_up_only_where_the_next_one_answers() -> None:
 
 
 def test_being_called_off_on_the_way_gives_up_nothing() -> None:
-    reject = rejecting(NATIVE)
+    reject, on_the_way, go_on = rejecting(NATIVE), threading.Event(), threading.Event()
 
     def respond(request: dict[str, Any]) -> tuple[int, bytes]:
         if way(request) == TOOL:
-            time.sleep(1.0)
+            on_the_way.set()
+            go_on.wait(60.0)
         return reject(request)
+
+    async def called_off(model: LanguageModel) -> None:
+        asking = asyncio.create_task(model.ask(QUESTION, 60.0))
+        await asyncio.to_thread(on_the_way.wait, 60.0)
+        asking.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await asking
 
     with replying(respond=respond) as server:
         asked = model(server)
-        assert ask(RetryingModel(asked), 0.6).failure is Failure.TIMEOUT
+        asyncio.run(called_off(RetryingModel(asked)))
         assert ways(server) == [NATIVE, TOOL] and asked.settings["output"] == NATIVE
+        go_on.set()
 
 
 def test_the_schema_is_in_every_way_of_asking() -> None:

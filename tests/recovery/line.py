@@ -252,9 +252,15 @@ class Stage:
         try:
             Loop(self.guard, self.plant, self.exchange, self.hook).run_virtual()
         finally:
-            self.ended = worker.join(0.5)
+            worker.join(0.5)
             self.guard.stop("the run is over")
+        self._worker = worker
         return self
+
+    @property
+    def ended(self) -> bool:
+        """Whether recovery has come to its end by itself; it is waited for."""
+        return self._worker.join(30.0)
 
     def _rules(self) -> GuardRules:
         route = nominal_route(self.machine, {state.name: () for state in self.machine.states})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from typing import Any
 
 import pytest
@@ -27,6 +26,7 @@ from tests.recovery.rivals import (
     HELD,
     HELD_EUR,
     LATENCY,
+    MORE_THAN_HALF_S,
     NO_OTHER,
     SAVING,
     SAVING_EUR,
@@ -170,30 +170,27 @@ class SlowLater(ScriptedAction):
 
 
 def test_half_of_the_time_is_kept_where_the_plant_may_not_be_left_alone() -> None:
-    slow = proposer("slow", ScriptedAction(GOOD, delay_s=1.4))
-    begin = time.monotonic()
+    slow = proposer("slow", ScriptedAction(GOOD, delay_s=MORE_THAN_HALF_S))
     done = doomed(SAVING, others=(slow,), bounds=LATENCY).run()
-    assert time.monotonic() - begin < 1.4, "it was not waited for"
-    assert by(done) == [("scripted", SAVING.digest)]
+    assert by(done) == [("scripted", SAVING.digest)], "the cheaper one was not waited for"
     (late,) = done.trace.of(GaveUp)
     assert late.proposer == "slow" and "in the time that was left" in late.reason
 
 
 def test_all_of_the_time_is_used_where_the_plant_may_be_left_alone() -> None:
     more, most = feed(0.7 * 0.03, "reduced"), feed(0.8 * 0.03, "reduced")
-    slow = proposer("slow", ScriptedAction(most, delay_s=1.4), "adjust")
+    slow = proposer("slow", ScriptedAction(most, delay_s=MORE_THAN_HALF_S), "adjust")
     done = safe(more, others=(slow,), bounds=LATENCY).run()
     assert by(done) == [("slow", most.digest)]
 
 
 def test_all_of_the_time_is_used_where_nothing_was_found() -> None:
-    slow = proposer("slow", ScriptedAction(GOOD, delay_s=1.4))
+    slow = proposer("slow", ScriptedAction(GOOD, delay_s=MORE_THAN_HALF_S))
     assert by(doomed(BAD, others=(slow,), bounds=LATENCY).run()) == [("slow", GOOD.digest)]
 
 
 def test_a_thorough_proposer_keeps_half_of_the_time_as_well_once_it_found_something() -> None:
-    one = thorough(SlowLater(1.4, HELD, GOOD), "hold", "reduce", NO_OTHER)
-    begin = time.monotonic()
+    one = thorough(SlowLater(MORE_THAN_HALF_S, HELD, GOOD), "hold", "reduce", NO_OTHER)
     done = doomed(BAD, others=(one,), bounds=LATENCY).run()
-    assert time.monotonic() - begin < 1.4 and by(done) == [("thorough", HELD.digest)]
+    assert by(done) == [("thorough", HELD.digest)], "the cheaper one was not waited for"
     assert [g.proposer for g in done.trace.of(GaveUp)] == ["scripted"]

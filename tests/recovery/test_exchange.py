@@ -13,9 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
-from homeostat.domain.observation import FallBack, Withdraw
+from homeostat.domain.observation import FallBack, Observation, Withdraw
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import Answer, Request, RequestStatus, Seal
+from homeostat.domain.snapshot import Snapshot
 from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.process.batch import ProcessError
 from homeostat.recovery.exchange.exchange import Exchange, ExchangeSettings
@@ -28,6 +29,8 @@ REQUEST = Request(
     Seal("", 0.0, 0.0, "", ""),
 )  # fmt: skip
 Recovery = Callable[[Exchange], Coroutine[Any, Any, None]]
+LONG_S = 60.0
+"""Longest wait for a thread of a busy host, wall-clock [s]."""
 
 
 class Run:
@@ -46,7 +49,7 @@ class Run:
         try:
             Loop(self.guard, source or Seconds(end_s), self.exchange).run_virtual()
         finally:
-            self.ended = self.worker.join(0.0 if self.lost or isinstance(clock, ThinkingClock) else 5.0)
+            self.ended = self.worker.join(0.0 if self.lost or isinstance(clock, ThinkingClock) else LONG_S)
 
 
 def done(request: Request, at_s: float) -> tuple[Answer, ...]:
@@ -209,14 +212,23 @@ def test_what_is_overtaken_is_cancelled_and_sends_nothing_more(cause: str) -> No
 
 
 def test_thinking_that_never_yields_and_is_overtaken_sends_nothing() -> None:
-    guard = Scripted()
+    overtaken, late = threading.Event(), threading.Event()
+
+    class Going(Scripted):
+        """It goes on to its end once what is thought has come to its own."""
+
+        def tick(self, now_s: float, sample: Snapshot | None) -> Observation:
+            if now_s == 30.0:
+                overtaken.set()
+                assert late.wait(LONG_S)
+            return super().tick(now_s, sample)
+
+    guard = Going()
     guard.latch_at_s = 20.0
-    late = threading.Event()
 
     async def recovery(desk: Exchange) -> None:
         async def work() -> None:
-            while len(guard.ticks) < 30:
-                time.sleep(0.001)
+            assert overtaken.wait(LONG_S)
             desk.put(FallBack("too late"))
             late.set()
 

@@ -27,7 +27,7 @@ def test_in_real_time_recovery_thinks_while_the_plant_goes_on_and_persons_are_he
     async def recovery() -> None:
         async def work() -> None:
             ticks.append(len(guard.ticks))
-            go_on.wait(5.0)  # the thought never yields; the plant does not wait for it
+            go_on.wait(30.0)  # the thought never yields; the plant does not wait for it
             ticks.append(len(guard.ticks))
 
         while (seen := await exchange.next()) is not None:
@@ -44,7 +44,7 @@ def test_in_real_time_recovery_thinks_while_the_plant_goes_on_and_persons_are_he
     worker = Worker(exchange, recovery, lambda cause: None)
     worker.start()
     Loop(guard, Seconds(30.0), exchange, hook).run_paced(SCALE)
-    assert worker.join(5.0)
+    assert worker.join(30.0)
     assert shown == guard.ticks == [float(k) for k in range(1, 31)]
     assert guard.taken == [(11.0, FallBack("a person says so"))]
     assert ticks[1] - ticks[0] >= 10
@@ -65,7 +65,7 @@ def test_an_onlooker_that_fails_is_an_alarm_and_the_run_goes_on() -> None:
     worker = Worker(exchange, recovery, lambda cause: None)
     worker.start()
     Loop(guard, Seconds(10.0), exchange, hook).run_virtual()
-    assert worker.join(5.0) and len(guard.ticks) == 10
+    assert worker.join(30.0) and len(guard.ticks) == 10
     assert guard.taken == [(4.0, Trouble("onlooker", "what is shown every tick failed: the folder is gone"))]
 
 

@@ -75,7 +75,7 @@ def answered_at(guard: Scripted, asking: Callable[[Exchange], Coroutine[Any, Any
     worker = Worker(exchange, lambda: recovery(exchange), lambda cause: None)
     worker.start()
     Loop(guard, Seconds(END_S), exchange).run_virtual()
-    assert worker.join(5.0)
+    assert worker.join(30.0)
     return found
 
 

@@ -11,7 +11,7 @@ from homeostat.domain.diagnosis import Diagnosis
 from homeostat.recovery.look.watch import Watch
 from tests.agents.scripted import ScriptedMonitoring, diagnosis
 
-HANGS_S = 5.0
+HANGS_S = 30.0
 
 
 class Held(ScriptedMonitoring):

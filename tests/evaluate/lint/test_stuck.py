@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 
 import pytest
 
-from homeostat.evaluate.lint.stuck import computed_s, hangs
+from homeostat.evaluate.lint.stuck import HELD_UP, computed_s, hangs
 
 CONTEXT = multiprocessing.get_context("fork")
 
@@ -55,30 +55,31 @@ def begun(does: Callable[[Connection], None]) -> Iterator[tuple[int, Connection]
 @pytest.mark.parametrize(("does", "hung"), [(computes, True), (waits, True), (speaks, False), (ends, False)])
 def test_whether_a_process_hangs(does: Callable[[Connection], None], hung: bool) -> None:
     with begun(does) as (pid, said):
-        assert hangs(pid, said, 1.0) is hung
+        assert hangs(pid, said, 1.0 if hung else 20.0) is hung
 
 
 def test_a_process_that_gets_a_part_of_the_machine_has_its_time_all_the_same() -> None:
-    """It runs for a tenth of the time: 1 s of its own is over after 8 s or more."""
+    """It runs for a third of the time at most."""
     with begun(computes) as (pid, said):
         over = threading.Event()
 
         def hold_up() -> None:
             while not over.is_set():
                 os.kill(pid, signal.SIGSTOP)
-                time.sleep(0.09)
+                time.sleep(0.06)
                 os.kill(pid, signal.SIGCONT)
-                time.sleep(0.01)
+                time.sleep(0.03)
 
         holding = threading.Thread(target=hold_up)
         holding.start()
-        began = time.monotonic()
+        before = computed_s(pid)
         try:
             assert hangs(pid, said, 0.5)
+            now = computed_s(pid)
         finally:
             over.set()
             holding.join()
-        assert time.monotonic() - began > 2.0
+        assert before is not None and now is not None and now - before >= HELD_UP * 0.5
 
 
 def test_nobody_tells_what_a_process_that_is_gone_has_computed() -> None:

@@ -9,6 +9,9 @@ pytest.importorskip("asyncua", reason="the extra 'opcua' is not installed")
 from homeostat.links.opcua.security.certificate import Pki
 from tests.equipment.opcua.served import Served, make_pkis
 
+HEARTBEAT_S = 20.0
+"""How long the shared tank waits for a heartbeat, process time [s]: long enough for a few calls on a busy host."""
+
 
 @pytest.fixture(scope="session")
 def pkis(tmp_path_factory: pytest.TempPathFactory) -> tuple[Pki, Pki]:
@@ -17,7 +20,7 @@ def pkis(tmp_path_factory: pytest.TempPathFactory) -> tuple[Pki, Pki]:
 
 @pytest.fixture(scope="session")
 def shared(pkis: tuple[Pki, Pki]) -> Iterator[Served]:
-    with Served(pkis, insecure=True, history=50) as served:
+    with Served(pkis, insecure=True, history=50, heartbeat_s=HEARTBEAT_S) as served:
         yield served
 
 

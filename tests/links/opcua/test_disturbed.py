@@ -9,6 +9,7 @@ import time
 import pytest
 
 from homeostat.domain.recovery import Command
+from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LinkError
 from homeostat.links.opcua.link import OpcuaLink
 from homeostat.links.opcua.security.certificate import Pki
@@ -21,18 +22,19 @@ BACK_S = 10.0
 
 
 def lost(link: OpcuaLink, connections: int, within_s: float = 15.0) -> float:
-    """Tick until other than ``connections`` are counted; the longest that one tick took, wall-clock [s].
+    """Tick until other than ``connections`` are counted; how long ticks took, wall-clock [s].
 
-    They are counted because a lost connection may be there again within one tick.
+    They are counted because a lost connection may be there again within one tick. The longest tick but one says how
+    long: one of a few may be late because the host is busy.
     """
-    end, longest = time.monotonic() + within_s, 0.0
-    while link.connections == connections:
+    end, took = time.monotonic() + within_s, list[float]()
+    while link.connections == connections or len(took) < 6:
         assert time.monotonic() < end, "the loss was not noticed"
         begin = time.monotonic()
         with contextlib.suppress(LinkError):
             link.source.advance()
-        longest = max(longest, time.monotonic() - begin)
-    return longest
+        took.append(time.monotonic() - begin)
+    return sorted(took)[-2]
 
 
 def stalled(served: Served, link: OpcuaLink, seconds: float) -> None:
@@ -95,12 +97,15 @@ def test_a_write_that_meets_a_standing_server_is_answered_and_not_repeated(serve
 
 def test_a_plant_goes_on_while_its_server_does_nothing(served: Served) -> None:
     with served.link() as link:
-        before_s = sample(link).at_s
+        before_s, begin = sample(link).at_s, time.monotonic()
         served.ask("stall 1.5")
         time.sleep(2.0)
-        assert sample(link).at_s - before_s >= 0.9 * 2.0 * served.scale, (
-            "what it did not show has happened all the same"
-        )
+
+        def has_gone_on(seen: Snapshot) -> bool:
+            """What a plant that had waited makes up for in 15 s at the earliest."""
+            return seen.at_s - before_s >= 0.9 * (time.monotonic() - begin) * served.scale
+
+        assert sample(link, has_gone_on, within_s=10.0), "what it did not show has happened all the same"
 
 
 def test_a_half_open_connection_is_noticed_by_the_age_of_the_data(served: Served) -> None:

@@ -11,6 +11,7 @@ from dataclasses import replace
 import pytest
 
 from homeostat.domain.recovery import Command
+from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LeaseVoid, LinkError
 from homeostat.links.opcua.commissioning.browse import connected
 from homeostat.links.opcua.link import OpcuaLink
@@ -18,6 +19,7 @@ from homeostat.links.opcua.security.security import Security
 from tests.equipment.opcua.attached import until
 from tests.equipment.opcua.served import Served, wait_up
 from tests.equipment.opcua.tank import RULES, tank_mapping
+from tests.links.opcua.conftest import HEARTBEAT_S
 from tests.links.opcua.waiting import sample, settled
 
 
@@ -34,23 +36,32 @@ def test_samples_follow_the_plants_clock_one_by_one(served: Served) -> None:
 
 def test_every_reading_keeps_three_times(served: Served) -> None:
     with served.link() as link:
-        sample(link)
-        reading = link.readings["ns=2;s=T"]
-        assert reading.source_at is not None and reading.server_at is not None
-        assert 0.0 <= (reading.received_at - reading.source_at).total_seconds() < 1.0
-        assert abs(link.clock_s) < 1.0
+
+        def is_fresh(seen: Snapshot) -> bool:
+            reading = link.readings["ns=2;s=T"]
+            assert reading.source_at is not None and reading.server_at is not None
+            took_s = (reading.received_at - reading.source_at).total_seconds()
+            assert took_s >= 0.0
+            return took_s < 1.0 and abs(link.clock_s) < 1.0
+
+        assert sample(link, is_fresh)
 
 
 def test_news_of_an_earlier_lease_that_comes_late_ends_no_new_one(served: Served) -> None:
     with served.link() as link:
         wire, node = link.take(), "ns=2;s=Guard/Lease"
-        older = replace(link.readings["ns=2;s=T"], value=0, received_s=time.monotonic())
-        link._board.put({node: older})
+        ours = until(
+            lambda: link.readings[node].value, "the plant shows whose the lease is"
+        )  # no more news of it comes
+
+        def news(lease: int) -> None:
+            link._board.put({node: replace(link.readings[node], value=lease, received_s=time.monotonic())})
+
+        news(0)
         assert not wire.void
-        link.beat()
-        until(lambda: link.readings[node].value, "the plant shows whose the lease is")
+        news(ours)
         assert not wire.void
-        link._board.put({node: replace(older, received_s=time.monotonic())})
+        news(0)
         assert wire.void, "it was ours, and is not any more"
 
 
@@ -177,7 +188,7 @@ def test_the_plant_sheds_in_time_when_we_fall_silent(served: Served) -> None:
         held_s = sample(link).at_s
         assert sample(link).accepted["cool.man"] == 0.4
         shed = sample(link, lambda s: s.accepted["cool.man"] is None)
-        assert 9.0 <= shed.at_s - held_s <= 20.0
+        assert 0.9 * HEARTBEAT_S <= shed.at_s - held_s <= 2.0 * HEARTBEAT_S
         assert wire.void
         with pytest.raises(LeaseVoid):
             link.beat()

@@ -12,7 +12,7 @@ from homeostat.links.errors import LinkError
 from homeostat.links.opcua.link import OpcuaLink
 
 
-def sample(link: OpcuaLink, until: Callable[[Snapshot], bool] = lambda s: True, within_s: float = 8.0) -> Snapshot:
+def sample(link: OpcuaLink, until: Callable[[Snapshot], bool] = lambda s: True, within_s: float = 20.0) -> Snapshot:
     """The first sample of which ``until`` is true."""
     end, seen = time.monotonic() + within_s, None
     while time.monotonic() < end:
@@ -24,7 +24,7 @@ def sample(link: OpcuaLink, until: Callable[[Snapshot], bool] = lambda s: True, 
     raise AssertionError(f"not within {within_s} s: {seen}")
 
 
-def settled(ticket: Ticket, within_s: float = 5.0) -> str:
+def settled(ticket: Ticket, within_s: float = 10.0) -> str:
     """What went wrong, once the link has answered."""
     end = time.monotonic() + within_s
     while not ticket.done:
