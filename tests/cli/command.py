@@ -18,7 +18,7 @@ from homeostat.cli.main import main
 
 COMMAND = (sys.executable, "-m", "homeostat")
 SOURCE = Path(package.__file__).resolve().parents[1]
-LIMIT_S = 120
+LIMIT_S = 240
 SHOWING = ("NO_COLOR", "FORCE_COLOR", "COLUMNS")
 """Variables that change how text is shown."""
 

@@ -27,6 +27,9 @@ from tests.cli.campaigns import (
 )
 from tests.cli.command import homeostat, refused
 
+LONG = ("--seeds", "400")
+"""Options of a study that does not come to its end while it is talked to."""
+
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -61,7 +64,7 @@ def test_killed_and_killed_again(tmp_path: Path, whole: Path) -> None:
 
 @pytest.mark.slow
 def test_ctrl_c_says_how_to_go_on(tmp_path: Path) -> None:
-    process = started(tmp_path, "--workers", "1")
+    process = started(tmp_path, "--workers", "1", *LONG)
     wait_for(lambda: rows_in(tmp_path / "out") >= 2, "two rows")
     status, out, err = stop(process, signal.SIGINT)
     assert (status, out) == (130, "")
@@ -115,7 +118,7 @@ def test_a_cluster_that_is_not_there_leaves_nothing_behind(tmp_path: Path, addre
 
 @pytest.mark.slow
 def test_a_second_campaign_in_the_same_folder_is_refused(tmp_path: Path) -> None:
-    process = started(tmp_path, "--workers", "1")
+    process = started(tmp_path, "--workers", "1", *LONG)
     wait_for(lambda: rows_in(tmp_path / "out") >= 1, "a row")
     second = homeostat("campaign", "small.toml", "--out", "out", cwd=tmp_path)
     status, _, _ = stop(process, signal.SIGKILL)

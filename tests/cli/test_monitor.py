@@ -11,7 +11,7 @@ from subprocess import PIPE
 import pytest
 
 from homeostat.cli.main import NOBODY_READS
-from tests.cli.command import COMMAND, environment, homeostat, refused
+from tests.cli.command import COMMAND, LIMIT_S, environment, homeostat, refused
 from tests.detectors.tables import NAMES, written
 
 
@@ -80,7 +80,7 @@ def test_whoever_stops_reading_loses_nothing_that_is_kept(tmp_path: Path, ill: s
     with subprocess.Popen(command, cwd=tmp_path, env=environment(), stdout=PIPE, stderr=PIPE) as running:
         assert running.stdout is not None
         running.stdout.close()
-        assert running.wait(60) == NOBODY_READS
+        assert running.wait(LIMIT_S) == NOBODY_READS
     assert (tmp_path / "kept" / "ill.png").is_file() and (tmp_path / "kept" / "ill.csv").is_file()
 
 

@@ -32,7 +32,7 @@ def on_terminal(cwd: Path, *arguments: str, both: bool, **extra: str) -> tuple[i
             break
         shown += block
     os.close(ours)
-    out, _ = process.communicate(timeout=60)
+    out, _ = process.communicate(timeout=240)
     return process.returncode, shown.decode(), (out or b"").decode()
 
 

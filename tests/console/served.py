@@ -45,7 +45,7 @@ class Served:
 
     def ask(self, path: str, method: str = "GET", content: bytes | None = None, **headers: str) -> Answer:
         """Put one request, exactly as it is given."""
-        with contextlib.closing(HTTPConnection("127.0.0.1", self.port, timeout=30)) as connection:
+        with contextlib.closing(HTTPConnection("127.0.0.1", self.port, timeout=120)) as connection:
             connection.request(method, path, content, headers=headers)
             response = connection.getresponse()
             return Answer(response.status, dict(response.getheaders()), response.read())
@@ -53,7 +53,7 @@ class Served:
     def moments(self, path: str, count: int, **headers: str) -> list[dict[str, str]]:
         """The first ``count`` events of a stream, or all that it has."""
         found: list[dict[str, str]] = []
-        with contextlib.closing(HTTPConnection("127.0.0.1", self.port, timeout=30)) as connection:
+        with contextlib.closing(HTTPConnection("127.0.0.1", self.port, timeout=120)) as connection:
             connection.request("GET", path, headers=headers)
             response = connection.getresponse()
             assert response.status == 200 and response.headers["Content-Type"].startswith("text/event-stream")

@@ -25,7 +25,7 @@ import pytest
 from tests.cli.command import Done, homeostat
 from tests.docs.blocks import PAGES, REPO, blocks, commands_of, named, python_of
 
-LIMIT_S = 180
+LIMIT_S = 240
 HERE = {**os.environ, "PYTHONPATH": str(REPO / "src")}
 """The environment of an example: the package of this tree, from whatever folder."""
 SHELL = frozenset("$`<>|&*~")

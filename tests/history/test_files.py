@@ -169,7 +169,7 @@ def test_on_a_full_disk_the_oldest_samples_go_and_alarms_stay(tmp_path: Path) ->
     surroundings = environment() | {"PYTHONPATH": f"{environment()['PYTHONPATH']}:{REPO}"}
     words = [sys.executable, "-c", FILLING, str(tmp_path / "history")]
     command = ["unshare", "-rm", "sh", "-c", f'{mount} && exec "$@"', "sh", *words]
-    done = subprocess.run(command, capture_output=True, text=True, env=surroundings, cwd=REPO, timeout=100)
+    done = subprocess.run(command, capture_output=True, text=True, env=surroundings, cwd=REPO, timeout=240)
     assert done.returncode == 0 and done.stdout.startswith("kept "), done.stderr
 
 

@@ -107,7 +107,7 @@ journal.record(Measured("T1", 2.0), 2.0)
 def test_a_full_disk_leaves_no_torn_line_and_no_torn_file(tmp_path: Path) -> None:
     repo = Path(__file__).resolve().parents[2]
     command = [sys.executable, "-c", FULL_DISK, str(tmp_path / "run")]
-    done = subprocess.run(command, cwd=repo, capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run(command, cwd=repo, capture_output=True, text=True, timeout=240, check=True)
     assert done.stdout.count("only 40 of ") == 2 and "fit on the disk; make room" in done.stdout
     assert "text: [Errno" in done.stdout and not list((tmp_path / "run" / "queries").iterdir())
     assert [record.fields["value"] for record in read_events(tmp_path / "run")] == [0.0, 2.0]

@@ -61,7 +61,7 @@ def test_processes_that_start_together_make_one_key(place: Path) -> None:
         subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=dict(os.environ))
         for _ in range(3)
     ]
-    assert {process.communicate(timeout=60)[0].strip() for process in processes} == {installation_key().public}
+    assert {process.communicate(timeout=240)[0].strip() for process in processes} == {installation_key().public}
 
 
 @pytest.mark.parametrize(

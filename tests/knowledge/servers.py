@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import http.client
+import random
 import socket
 import subprocess
 import sys
@@ -18,12 +20,16 @@ from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.endpoint import SparqlEndpoint
 from homeostat.knowledge.store.store import GraphStore
 
+PORTS = range(10_000, 32_000)
+"""Ports that no system gives to who asks for any: beside a test, nothing comes to listen or to call from there."""
+
 
 def free_port() -> int:
-    """A TCP port of this host that nobody listens on now."""
-    with socket.socket() as sock:
-        sock.bind(("127.0.0.1", 0))
-        return int(sock.getsockname()[1])
+    """A TCP port of this host that nobody listens on now, and most likely nobody will."""
+    while True:
+        with socket.socket() as sock, contextlib.suppress(OSError):
+            sock.bind(("127.0.0.1", random.SystemRandom().choice(PORTS)))
+            return int(sock.getsockname()[1])
 
 
 @contextmanager
@@ -42,17 +48,17 @@ def oxigraph_server(folder: Path | None = None) -> Iterator[str]:
         yield f"http://127.0.0.1:{port}"
     finally:
         process.terminate()
-        process.wait(10)
+        process.wait(60)
 
 
 def _wait(port: int, process: subprocess.Popen[bytes]) -> None:
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + 60
     while time.monotonic() < deadline and process.poll() is None:
         with socket.socket() as sock:
             if sock.connect_ex(("127.0.0.1", port)) == 0:
                 return
         time.sleep(0.02)
-    raise TimeoutError(f"oxigraph on port {port} was not ready in 20 s, exit status {process.poll()}")
+    raise TimeoutError(f"oxigraph on port {port} was not ready in 60 s, exit status {process.poll()}")
 
 
 @contextmanager

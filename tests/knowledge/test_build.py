@@ -61,7 +61,7 @@ def test_an_rml_processor_makes_the_same_triples_of_the_mapping(folder: Path, tm
         f"logging_level: ERROR\nnumber_of_processes: 1\n[plant]\nmappings: {SHIPPED}\n"
     )
     (tmp_path / "config.ini").write_text(text)
-    subprocess.run([MORPH, "-m", "morph_kgc", tmp_path / "config.ini"], cwd=folder, check=True, timeout=120)
+    subprocess.run([MORPH, "-m", "morph_kgc", tmp_path / "config.ini"], cwd=folder, check=True, timeout=240)
     other = frozenset(quad.triple for quad in parse(path=tmp_path / "x.nt", format=RdfFormat.N_TRIPLES))
     own = stated(folder, MAPPED)
     assert own == other and len(own) > 100

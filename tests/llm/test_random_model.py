@@ -75,7 +75,7 @@ def post(url: str, body: object) -> dict[str, Any]:
     """The response to one request."""
     data = body if isinstance(body, bytes) else json.dumps(body).encode()
     request = urllib.request.Request(f"{url}/chat/completions", data, {"Content-Type": "application/json"})
-    with urllib.request.urlopen(request, timeout=30) as reply:
+    with urllib.request.urlopen(request, timeout=120) as reply:
         return dict(json.load(reply))
 
 
@@ -181,7 +181,7 @@ def test_questions_may_come_at_once(url: str) -> None:
 
 
 def test_its_models_are_listed(url: str) -> None:
-    with urllib.request.urlopen(f"{url}/models", timeout=10) as reply:
+    with urllib.request.urlopen(f"{url}/models", timeout=120) as reply:
         assert [model["id"] for model in json.load(reply)["data"]] == ["random-weights"]
 
 

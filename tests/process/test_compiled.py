@@ -30,7 +30,7 @@ def python(code: str, *paths: Path, **environment: str) -> str:
     search = os.pathsep.join(str(p) for p in paths)
     done = subprocess.run(
         [sys.executable, "-c", code], env=clean | {"PYTHONPATH": search} | environment, cwd=ROOT,
-        capture_output=True, text=True, timeout=120, check=False,
+        capture_output=True, text=True, timeout=240, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return done.stdout

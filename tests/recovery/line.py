@@ -31,6 +31,7 @@ from homeostat.guard.guard import Guard
 from homeostat.guard.parts import Attachment
 from homeostat.guard.requests.seal import Sealer
 from homeostat.guard.sequence.sequencer import nominal_route
+from homeostat.guard.settings import GuardSettings
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.virtual import Answered
@@ -242,7 +243,8 @@ class Stage:
         self.planning = self.planning or ScriptedPlanning(self.machine, ("reduce",))
         self.lost: list[str] = []
         self.alarms: list[str] = []
-        self.guard = Guard(self._rules(), Attachment(self.shared, self.plant, self.mode, {"check": KEY}))
+        attachment = Attachment(self.shared, self.plant, self.mode, {"check": KEY})
+        self.guard = Guard(self._rules(), attachment, GuardSettings(sync_s=10.0))  # however busy the host is
         self.exchange = Exchange(self.clock, self.guard.mailbox.put, self.lost.append)
 
     def run(self) -> Stage:

@@ -12,11 +12,12 @@ import homeostat
 from homeostat.domain.events.writes import WriteIntended
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import scenario
+from homeostat.guard.settings import GuardSettings
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.plant import load_plant
-from homeostat.plants.wired.assembly import wire
+from homeostat.plants.wired.assembly import Arrangement, wire
 
 SOURCES = Path(homeostat.__file__).parent
 WRITER = "guard/writing/writer.py"
@@ -89,7 +90,7 @@ def test_what_arrives_on_the_wire_is_what_the_journal_intends_one_for_one(
     case = load_plant(plant)
     process = open_process(case, scenario(case, fault, 3, onset_s=onset_s, end_s=end_s))
     link, trace = SimulatedLink(process), MemoryTrace()
-    wire(case, link, DeclaredClock(1.0), trace, seed=3).run(link.source)
+    wire(case, link, DeclaredClock(1.0), trace, 3, Arrangement(guard=GuardSettings(sync_s=10.0))).run(link.source)
     intended = [(e.at_s, e.event.commands) for e in trace.entries if isinstance(e.event, WriteIntended)]
     assert [(a.at_s, a.commands) for a in link.wire_log] == intended
     assert len(intended) >= 1

@@ -56,7 +56,7 @@ def database(flaws: dict[str, Any], status: int = 200) -> Iterator[str]:
 
 def audit(url: str, lock: Path = LOCK) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, str(AUDIT), "--osv-url", url, str(lock)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
 
 
 def test_locks_without_a_known_flaw_pass() -> None:

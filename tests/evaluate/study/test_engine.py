@@ -171,7 +171,7 @@ def refused(what: str, address: str) -> str:
     root = Path(__file__).parents[3]
     env = {**environment(), "PYTHONPATH": f"{environment()['PYTHONPATH']}:{root}"}
     arguments = [sys.executable, "-c", DASK, what, address]
-    run = subprocess.run(arguments, env=env, capture_output=True, text=True, timeout=120)
+    run = subprocess.run(arguments, env=env, capture_output=True, text=True, timeout=240)
     assert (run.returncode, run.stderr, run.stdout.count("\n")) == (0, "", 1)
     return run.stdout
 

@@ -158,7 +158,7 @@ def test_the_same_in_every_process() -> None:
     told = {
         subprocess.run(
             [sys.executable, "-c", code, str(ROBUST)], env={**environment(), "PYTHONHASHSEED": seed},
-            capture_output=True, text=True, timeout=60, check=True,
+            capture_output=True, text=True, timeout=240, check=True,
         ).stdout
         for seed in ("1", "2")
     }  # fmt: skip

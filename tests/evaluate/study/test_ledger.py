@@ -105,7 +105,7 @@ def test_a_second_campaign_is_refused_in_this_process_and_in_another(tmp_path: P
     def other() -> str:
         arguments = [sys.executable, "-c", code, str(tmp_path)]
         return subprocess.run(
-            arguments, env=environment(), capture_output=True, text=True, timeout=60, check=True
+            arguments, env=environment(), capture_output=True, text=True, timeout=240, check=True
         ).stdout
 
     with Ledger(tmp_path) as ledger:

@@ -162,7 +162,7 @@ def test_a_file_that_cannot_be_read(
 def test_the_command_refuses_as_well(tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text(f'title = "Bad"\nseeds = 0\n{CSTR}')
     arguments = [sys.executable, "-m", "homeostat", "campaign", "bad.toml"]
-    done = subprocess.run(arguments, cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=60)
+    done = subprocess.run(arguments, cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=240)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
     assert "seeds: there must be 1 to 10000 seeds" in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["bad.toml"]

@@ -208,4 +208,4 @@ def test_the_optional_packages_are_imported_where_they_are_used() -> None:
     probe = (
         "import sys, homeostat.evaluate.report.report\nassert not {'scipy', 'jinja2', 'matplotlib'} & set(sys.modules)"
     )
-    subprocess.run([sys.executable, "-c", probe], check=True, timeout=60, env={"PYTHONPATH": ":".join(sys.path)})
+    subprocess.run([sys.executable, "-c", probe], check=True, timeout=240, env={"PYTHONPATH": ":".join(sys.path)})

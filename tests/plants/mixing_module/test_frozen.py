@@ -9,11 +9,12 @@ from homeostat.domain.events.trips import Tripped
 from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import scenario
+from homeostat.guard.settings import GuardSettings
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.plant import load_plant
-from homeostat.plants.wired.assembly import wire
+from homeostat.plants.wired.assembly import Arrangement, wire
 from tests.equipment.links.misbehaving.link import Misbehaving
 from tests.equipment.links.misbehaving.readings import ALL, Freeze
 
@@ -26,7 +27,7 @@ def test_recovery_does_not_act_on_an_old_picture_and_the_guard_trips_by_blindnes
     plant, trace = load_plant("mixing_module"), MemoryTrace()
     process = open_process(plant, scenario(plant, "none", 3, end_s=from_s + 30.0))
     link = Misbehaving(SimulatedLink(process), (Freeze(ALL, from_s),))
-    wire(plant, link, DeclaredClock(1.0), trace, seed=3).run(link.source)
+    wire(plant, link, DeclaredClock(1.0), trace, 3, Arrangement(guard=GuardSettings(sync_s=10.0))).run(link.source)
     events = [(e.at_s, e.event) for e in trace.entries if e.at_s >= from_s]
     assert not [e for _, e in events if isinstance(e, Noticed | ReleasedActions)]
     tripped = [at_s for at_s, e in events if isinstance(e, Tripped)]
@@ -41,5 +42,5 @@ def test_no_transmitter_of_a_tank_that_freezes_has_a_limit_violated(tag: str) ->
     plant, trace = load_plant("mixing_module"), MemoryTrace()
     process = open_process(plant, scenario(plant, "none", 3, end_s=180.0))
     link = Misbehaving(SimulatedLink(process), (Freeze(frozenset({tag}), 100.0),))
-    wire(plant, link, DeclaredClock(1.0), trace, seed=3).run(link.source)
+    wire(plant, link, DeclaredClock(1.0), trace, 3, Arrangement(guard=GuardSettings(sync_s=10.0))).run(link.source)
     assert not [e for e in trace.entries if isinstance(e.event, Tripped)]

@@ -25,6 +25,7 @@ from homeostat.domain.ports import Clock, GuardEvent
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import scenario
+from homeostat.guard.settings import GuardSettings
 from homeostat.guard.watch.trips import TripWatch
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock, ThinkingClock
@@ -46,6 +47,8 @@ from tests.equipment.links.misbehaving.readings import (
 from tests.equipment.links.misbehaving.writes import HangingWrite
 
 SEED = 3
+PATIENT = GuardSettings(sync_s=10.0)
+"""Nobody waits for a journal in memory, and a busy host may take its time."""
 NOTICED_S, EARLY_S = 900.0, 400.0
 """Onsets: one that monitoring notices within seconds, and one shortly after start-up, when the guard is alone [s]."""
 LASTS_S = 200.0
@@ -103,8 +106,9 @@ def run(
     began_s = None if fault == "none" else onset_s
     stuck = scenario(plant, fault, SEED, onset_s=began_s, end_s=onset_s + LASTS_S)
     link, done = Misbehaving(SimulatedLink(open_process(plant, stuck)), script), Run(onset_s)
-    trace = trace or MemoryTrace()
-    wire(plant, link, clock, trace, SEED, arrangement or Arrangement()).run(link.source, done.look)
+    settings = PATIENT if trace is None or isinstance(trace, MemoryTrace) else GuardSettings()
+    arrangement = replace(arrangement or Arrangement(), guard=settings)
+    wire(plant, link, clock, trace or MemoryTrace(), SEED, arrangement).run(link.source, done.look)
     done.wire = [(a.at_s, tuple(c.tag for c in a.commands)) for a in link.wire_log]
     done.fallbacks = [a.at_s for a in link.wire_log if any(c.tag == "XV1.cmd" and c.value == 0.0 for c in a.commands)]
     return done
@@ -281,7 +285,7 @@ def test_a_reactor_that_stands_a_little_below_its_limit_never_trips(plant: Plant
 def test_a_batch_plant_that_says_nothing_more_is_closed(bad: Misbehaviour) -> None:
     plant = load_plant("mixing_module")
     link = Misbehaving(SimulatedLink(open_process(plant, scenario(plant, "none", SEED, end_s=200.0))), (bad,))
-    assembly = wire(plant, link, DeclaredClock(1.0), MemoryTrace(), SEED)
+    assembly = wire(plant, link, DeclaredClock(1.0), MemoryTrace(), SEED, Arrangement(guard=PATIENT))
     assembly.run(link.source)
     first = next(a for a in link.wire_log if a.at_s >= 150.0)
     assert first.at_s <= 165.0 and assembly.guard.latched is not None
