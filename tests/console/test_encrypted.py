@@ -48,9 +48,7 @@ def test_with_a_certificate_everything_is_encrypted(recovered_run: Path, certifi
         origin = f"https://127.0.0.1:{server.port}"
 
         def ask(method: str, path: str, content: str = "", **headers: str) -> tuple[int, dict[str, str]]:
-            with contextlib.closing(
-                HTTPSConnection("127.0.0.1", server.port, timeout=99, context=trust)
-            ) as connection:
+            with contextlib.closing(HTTPSConnection("127.0.0.1", server.port, timeout=99, context=trust)) as connection:
                 connection.request(method, path, content, headers=headers)
                 answer = connection.getresponse()
                 answer.read()

@@ -14,6 +14,7 @@ class Proxy:
 
     def __init__(self, port: int) -> None:
         self._to, self._swallow, self._ended = port, False, False
+        self._cutting, self._cut = threading.Event(), threading.Event()
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port: int = self._listener.getsockname()[1]
         self._selector = selectors.DefaultSelector()
@@ -27,22 +28,26 @@ class Proxy:
 
     def cut(self) -> None:
         """Close every connection that there is."""
-        for key in list(self._selector.get_map().values()):
-            if key.data is not None:
-                self._close(key.fileobj, key.data)  # type: ignore[arg-type]
+        self._cut.clear()
+        self._cutting.set()
+        assert self._cut.wait(30.0), "the proxy's thread has ended"
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *raised: object) -> None:
         self._ended = True
-        self._thread.join(5.0)
-        self.cut()
+        self._thread.join(30.0)
+        self._close_all()
         self._listener.close()
         self._selector.close()
 
     def _run(self) -> None:
         while not self._ended:
+            if self._cutting.is_set():
+                self._cutting.clear()
+                self._close_all()
+                self._cut.set()
             for key, _ in self._selector.select(0.1):
                 if key.data is None:
                     self._take()
@@ -68,6 +73,11 @@ class Proxy:
             data = b""
         if not data:
             self._close(one, other)
+
+    def _close_all(self) -> None:
+        for key in list(self._selector.get_map().values()):
+            if key.data is not None:
+                self._close(key.fileobj, key.data)  # type: ignore[arg-type]
 
     def _close(self, *ends: socket.socket) -> None:
         for end in ends:

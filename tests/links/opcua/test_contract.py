@@ -105,7 +105,7 @@ class Stepwise:
 
     def _sample(self, told_s: float) -> Snapshot:
         """The sample of the plant's time ``told_s``."""
-        end = time.monotonic() + 5.0
+        end = time.monotonic() + 30.0
         while time.monotonic() < end:
             sample = self._link.source.advance()
             if sample is not None and self._link.readings["ns=2;s=Plant/Time"].value == told_s:

@@ -17,9 +17,6 @@ from tests.equipment.opcua.proxy import Proxy
 from tests.equipment.opcua.served import Served, wait_up
 from tests.links.opcua.waiting import sample, settled
 
-BACK_S = 10.0
-"""Data must be there again so soon after the server is [s]."""
-
 
 def lost(link: OpcuaLink, connections: int, within_s: float = 15.0) -> float:
     """Tick until other than ``connections`` are counted; how long ticks took, wall-clock [s].
@@ -60,7 +57,7 @@ def test_a_server_that_is_killed_is_found_again_when_it_returns(pkis: tuple[Pki,
         with pytest.raises(LinkError):
             link.beat()
         served.start()
-        assert wait_up(link) < BACK_S
+        assert wait_up(link) < served.back_s
         assert sample(link).at_s > before_s, "time does not run back although the plant's clock began again"
         assert wire.void and served.wire == [], "what was ordered in between is not sent now"
         assert settled(link.take().send((Command("L.sp", 9.0, None),))) == ""
@@ -76,7 +73,7 @@ def test_a_server_that_stands_is_followed_again_when_it_goes_on(served: Served, 
     with served.link() as link:
         for seconds in stalls:
             stalled(served, link, seconds)
-            assert wait_up(link) < BACK_S
+            assert wait_up(link) < served.back_s
             assert sample(link).at_s < sample(link).at_s
             time.sleep(3.0 if len(stalls) > 1 else 0.0)
 
@@ -89,7 +86,7 @@ def test_a_write_that_meets_a_standing_server_is_answered_and_not_repeated(serve
         error = settled(ticket, 6.0)
         assert "not" in error and "known" in error
         served.freeze(False)
-        assert wait_up(link) < BACK_S
+        assert wait_up(link) < served.back_s
         time.sleep(1.0)
         arrived = served.wire[before:]
         assert len(arrived) <= 1, arrived
@@ -116,7 +113,7 @@ def test_a_half_open_connection_is_noticed_by_the_age_of_the_data(served: Served
         assert lost(link, connections) < 0.8
         assert time.monotonic() - begin < 8.0 and wire.void
         proxy.swallow(False)
-        assert wait_up(link) < BACK_S
+        assert wait_up(link) < served.back_s
 
 
 def test_a_cut_connection_is_made_again(served: Served) -> None:
@@ -125,7 +122,7 @@ def test_a_cut_connection_is_made_again(served: Served) -> None:
             connections = link.connections
             proxy.cut()
             lost(link, connections)
-            assert wait_up(link) < BACK_S
+            assert wait_up(link) < served.back_s
 
 
 def test_a_link_that_never_reaches_anybody_holds_nobody_up(served: Served) -> None:
