@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
+from multiprocessing.connection import Client
 from pathlib import Path
 from statistics import median
 
@@ -123,6 +124,24 @@ def test_without_a_historian_the_guard_goes_on_and_says_so(
     until(is_told, "an alarm", 30.0)
     historian.start()
     until(lambda: isinstance(historian.messages[-1], Settled), "it is settled", 30.0)
+
+
+def test_a_historian_that_has_just_gone_is_not_away_for_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The guard may look at any instant at which the line notices that it has gone."""
+    messages = list[Message]()
+    line = HistoryLine(tmp_path / HISTORY, messages.append)
+    line._gone_s -= 2.0 * lines.AWAY_S  # it began long ago
+
+    def looked_at(line: HistoryLine, name: str, value: object) -> None:
+        object.__setattr__(line, name, value)
+        line._look()
+
+    with Client(str(tmp_path / HISTORY), family="AF_UNIX"):
+        until(lambda: line._connection, "it is there")
+        monkeypatch.setattr(HistoryLine, "__setattr__", looked_at)
+    until(lambda: line._connection is None, "it has gone")
+    assert messages == []
+    line.close(0.0)
 
 
 def test_a_sample_has_the_times_and_the_status_of_its_nodes() -> None:

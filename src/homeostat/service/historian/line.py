@@ -91,7 +91,7 @@ class HistoryLine:
                 self._changed.notify_all()
             self._hear(connection)
             with self._changed:
-                self._connection, self._gone_s = None, time.monotonic()
+                self._gone_s, self._connection = time.monotonic(), None  # in this order: the guard looks unasked
                 self._changed.notify_all()
             with contextlib.suppress(OSError):
                 connection.close()
