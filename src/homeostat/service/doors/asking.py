@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import socket
 import time
@@ -63,7 +64,8 @@ def _asked(directory: Path, role: Role, line: bytes) -> dict[str, Any]:
                 f"no service runs in {str(directory)!r}; 'homeostat attach' with --dir {directory} starts one"
             ) from None
         try:
-            door.sendall(line)
+            with contextlib.suppress(BrokenPipeError):  # whoever is turned away was told so before it could ask
+                door.sendall(line)
             with door.makefile("rb") as lines:
                 told = json.loads(lines.readline(LARGEST))
         except (OSError, ValueError):
