@@ -179,6 +179,7 @@ def test_a_lost_answer_is_asked_for_again_and_written_once(browser: Any, desk: S
         page.wait_for_selector("dialog[open]")
         assert "Nobody knows yet" in confirm(page, "Bo", "once")
         assert '"done":true' in lost[0]
+        page.wait_for_selector(".decision", state="detached")  # the page has been told that nothing waits any more
         page.locator("dialog input[type=password]").fill(PASSWORD.format("Bo"))
         page.keyboard.press("Enter")
         page.get_by_text("✓ Done").wait_for()

@@ -51,8 +51,10 @@ export function OrderDialog({ asked, me, now, close }: { asked: Asked; me: Me; n
   const [subject, choose] = useState(asked.choices ? "" : asked.subject);
   const [minutes, last] = useState(asked.minutes ?? 0);
   const [state, set] = useState<State>({ kind: "asking" });
+  const [lost, lose] = useState(false);
   useEffect(() => { dialog.current?.showModal(); }, []);
-  const gone = asked.proposal !== undefined && !now.overview?.offers.some((o) => o.request === asked.subject && o.digest === asked.proposal!.digest);
+  // What was carried out does not wait any more, either: who has lost the answer may ask for it all the same.
+  const gone = !lost && asked.proposal !== undefined && !now.overview?.offers.some((o) => o.request === asked.subject && o.digest === asked.proposal!.digest);
   const submit = async (e: Event) => {
     e.preventDefault();
     set({ kind: "going" });
@@ -62,6 +64,7 @@ export function OrderDialog({ asked, me, now, close }: { asked: Asked; me: Me; n
     } catch (error) {
       const refused = error instanceof Refused ? error : new Refused(String(error), 0, true);
       set({ kind: "refused", text: refused.message, unknown: refused.unknown });
+      if (refused.unknown) lose(true);
       if (password.current) password.current.value = "";
     }
   };
