@@ -13,9 +13,9 @@ from benchmarks.guard.mutation import LINE
 from tests.guard.mutants import changes, code_of, mutants, replaced
 from tests.guard.mutate import REPO, SAFETY_LAYER
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
-LIMIT_S = 240
+LIMIT_S = 540
 
 
 def mutate(*arguments: str) -> subprocess.CompletedProcess[str]:
