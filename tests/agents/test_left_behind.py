@@ -101,16 +101,16 @@ def test_a_search_that_was_given_up_does_not_disturb_the_next_one() -> None:
     began, go_on = threading.Event(), threading.Event()
     twin, model = followed()
     subject = search(twin)
-    model.first = lambda: (began.set(), go_on.wait(30.0))
+    model.first = lambda: (began.set(), go_on.wait(120.0))
     left_behind = threading.Thread(target=act, args=(subject,))
     left_behind.start()
-    began.wait(30.0)
+    began.wait(120.0)
     for snapshot in later():
         twin.observe(snapshot)
 
     def meanwhile() -> None:
         go_on.set()
-        left_behind.join(30.0)
+        left_behind.join(120.0)
 
     model.first = meanwhile
     found = act(subject)

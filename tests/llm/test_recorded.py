@@ -6,6 +6,7 @@ import asyncio
 import hashlib
 import json
 import math
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -117,8 +118,10 @@ def test_being_called_off_is_a_timeout_in_the_record_and_nothing_else(tmp_path: 
         with pytest.raises(asyncio.CancelledError):
             await task
 
+    begin = time.monotonic()
     asyncio.run(call_off())
-    assert event(trace).failure == "TIMEOUT" and 0.04 < event(trace).wall_latency_s < 1.0
+    assert event(trace).failure == "TIMEOUT"
+    assert 0.04 < event(trace).wall_latency_s < time.monotonic() - begin
     assert read_calls(file)[0].failure is Failure.TIMEOUT
 
 

@@ -10,10 +10,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
+from pathlib import Path
 
 import pytest
 
-from homeostat.evaluate.lint.stuck import HELD_UP, computed_s, hangs
+from homeostat.evaluate.lint.stuck import HELD_UP, ask, computed_s, hangs
 
 CONTEXT = multiprocessing.get_context("fork")
 
@@ -80,6 +81,29 @@ def test_a_process_that_gets_a_part_of_the_machine_has_its_time_all_the_same() -
             over.set()
             holding.join()
         assert before is not None and now is not None and now - before >= HELD_UP * 0.5
+
+
+def test_a_process_that_takes_its_time_to_say_where_it_is_is_heard_to_the_end(tmp_path: Path) -> None:
+    file, plants = tmp_path / "frames", tmp_path / "plant"
+
+    def says_slowly(said: Connection) -> None:
+        def say(number: int, frame: object) -> None:
+            with file.open("a") as frames:
+                for piece in ("Current thread 0x1 (most recent call first):\n", f'  File "{plants}/model.py", line 1'):
+                    frames.write(piece)
+                    frames.flush()
+                    time.sleep(0.2)
+                frames.write("2 in derivative\n")
+
+        signal.signal(signal.SIGUSR1, say)
+        said.send("ready")
+        while True:
+            time.sleep(600.0)
+
+    file.touch()
+    with begun(says_slowly) as (pid, said):
+        assert said.recv() == "ready"
+        assert ask(pid, file, plants) == ("model.py", 12)
 
 
 def test_nobody_tells_what_a_process_that_is_gone_has_computed() -> None:

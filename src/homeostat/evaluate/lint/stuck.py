@@ -66,9 +66,14 @@ def ask(process: int | None, file: Path, folder: Path) -> tuple[str, int] | None
         return None
     os.kill(process, signal.SIGUSR1)
     until = time.monotonic() + ASKED_S
-    while not (text := file.read_text(encoding="utf-8")) and time.monotonic() < until:
+    # It writes a piece at a time, and may have to wait for a busy machine in between.
+    while (found := _innermost(file.read_text(encoding="utf-8"), folder)) is None and time.monotonic() < until:
         time.sleep(0.05)
-    for frame in _FRAME.finditer(text):
+    return found
+
+
+def _innermost(frames: str, folder: Path) -> tuple[str, int] | None:
+    for frame in _FRAME.finditer(frames):
         if Path(frame["file"]).is_relative_to(folder):
             return Path(frame["file"]).relative_to(folder).as_posix(), int(frame["line"])
     return None
