@@ -50,18 +50,17 @@ def test_every_reading_keeps_three_times(served: Served) -> None:
 def test_news_of_an_earlier_lease_that_comes_late_ends_no_new_one(served: Served) -> None:
     with served.link() as link:
         wire, node = link.take(), "ns=2;s=Guard/Lease"
-        ours = until(
-            lambda: link.readings[node].value, "the plant shows whose the lease is"
-        )  # no more news of it comes
+        ours = until(lambda: link.readings[node].value, "the plant shows whose the lease is")
 
-        def news(lease: int) -> None:
-            link._board.put({node: replace(link.readings[node], value=lease, received_s=time.monotonic())})
+        def news(lease: int, after_s: float) -> None:
+            """What would have come so long after the lease was taken; of the plant nothing more comes."""
+            link._board.put({node: replace(link.readings[node], value=lease, received_s=link._taken_s + after_s)})
 
-        news(0)
+        news(0, 1.0)
         assert not wire.void
-        news(ours)
+        news(ours, 1.1)
         assert not wire.void
-        news(0)
+        news(0, 1.2)
         assert wire.void, "it was ours, and is not any more"
 
 
