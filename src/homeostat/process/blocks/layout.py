@@ -150,6 +150,12 @@ class Layout:
         """State column -> its position."""
         return {name: i for i, name in enumerate(self.states)}
 
+    @cached_property
+    def leaf(self) -> Mapping[Leaf, Mapping[str, Term]]:
+        """Leaf of every column of the states, input and parameter, by its kind and name."""
+        names = {Leaf.HELD: self.states, Leaf.INPUT: self.inputs, Leaf.PARAMETER: self.parameters}
+        return {kind: {name: Term(kind, value=name) for name in each} for kind, each in names.items()}
+
     def terms(self) -> Iterator[Term]:
         """Every term that the kernel works out."""
         sheet = self.sheet

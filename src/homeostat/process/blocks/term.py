@@ -7,9 +7,10 @@ as source code of a kernel, evaluated with arrays, and its unit follows from tho
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from enum import Enum
-from typing import Any, Final, TypeAlias, final
+from functools import lru_cache
+from typing import Any, Final, TypeAlias, cast, final
 
 import numpy as np
 
@@ -209,27 +210,48 @@ def _condition(of: Term) -> Term:
 
 
 NUMPY: Final[Mapping[str, Any]] = {
-    "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "pow": np.power, "abs": np.abs,
+    "div": np.divide, "pow": np.power, "abs": np.abs,
     "exp": np.exp, "log": np.log, "sqrt": lambda a: np.sqrt(np.maximum(a, 0.0)), "min": np.minimum, "max": np.maximum,
     "unit": lambda a: a, "lt": np.less, "le": np.less_equal, "where": np.where,
     "and": np.logical_and, "or": np.logical_or,
 }  # fmt: skip
-"""Operation -> what carries it out on arrays."""
+"""Operation -> what carries it out on numbers and arrays."""
+INFIX: Final[Mapping[str, str]] = {"add": " + ", "sub": " - ", "mul": " * "}
+"""Operations for which Python's own sign is as good and quicker."""
 
 
 def evaluate(of: Term, values: Values) -> Any:
     """``of`` where its leaves have ``values``, in the shape that these give; KeyError names a leaf without one."""
-    done: dict[Term, Any] = dict(values)
-
-    def found(each: Term) -> Any:
-        if each not in done:
-            if isinstance(each.op, Leaf):
-                raise KeyError(f"{each!r} has no value")
-            done[each] = each.value if each.op == "number" else NUMPY[each.op](*map(found, each.args))
-        return done[each]
-
+    own, function = _worked_out(of)
+    try:
+        given = [values[each] for each in own]
+    except KeyError as missing:
+        raise KeyError(f"{missing.args[0]!r} has no value") from None
     with np.errstate(all="ignore"):
-        return found(of)
+        return function(*given)
+
+
+@lru_cache(maxsize=4096)
+def _worked_out(of: Term) -> tuple[tuple[Term, ...], Callable[..., Any]]:
+    """The leaves of a term, and a function of their values: what is the same is worked out once, in straight lines."""
+    own = tuple(sorted(leaves(of), key=repr))
+    names = {each: f"x{i}" for i, each in enumerate(own)}
+    lines = [f"def function({', '.join(names.values())}):"]
+
+    def name(each: Term) -> str:
+        if each.op == "number":
+            return f"({each.value!r})"
+        if each not in names:
+            arguments = [name(a) for a in each.args]
+            names[each] = new = f"t{len(names)}"
+            made = INFIX[each.op].join(arguments) if each.op in INFIX else f"{each.op}_({', '.join(arguments)})"
+            lines.append(f"    {new} = {made}")
+        return names[each]
+
+    lines.append(f"    return {name(of)}")
+    room: dict[str, Any] = {f"{op}_": does for op, does in NUMPY.items()}
+    exec("\n".join(lines), room)
+    return own, cast(Callable[..., Any], room["function"])
 
 
 def leaves(*of: Term) -> frozenset[Term]:

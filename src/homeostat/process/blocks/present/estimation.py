@@ -32,7 +32,7 @@ class Estimation:
     def __init__(self, layout: Layout, stated: Mapping[str, float]) -> None:
         """``stated``: best estimate of every parameter; without one of them nothing can be estimated."""
         self._layout, sheet = layout, layout.sheet
-        self._stated = {Term(Leaf.PARAMETER, value=n): stated.get(n, np.nan) for n in layout.parameters}
+        self._stated = {of: stated.get(n, np.nan) for n, of in layout.leaf[Leaf.PARAMETER].items()}
         self._states = [s.term for s in sheet.states.values()]
         self._least = np.array([-np.inf if s.least is None else s.least for s in sheet.states.values()])
         self._telling = [s for s in sheet.sensors.values() if leaves(s.of) & set(self._states)]
@@ -57,7 +57,7 @@ class Estimation:
             x[[at[column] for column in a.positions]] = min(max(stands, 0.0), 1.0)
             x[at[a.command]] = command
         for d in sheet.disturbances.values():
-            mean = self._stated[Term(Leaf.PARAMETER, value=d.name)]
+            mean = self._stated[self._layout.leaf[Leaf.PARAMETER][d.name]]
             x[at[str(d.now.value)]] = mean if d.measured is None else readings.get(d.measured, mean)
         for kept in sheet.memories.values():
             x[at[kept.name]] = kept.usual
@@ -72,9 +72,7 @@ class Estimation:
 
     def fill(self, x: Vec, parameters: Vec) -> None:
         """Let lags, dead times and instruments agree with the states and positions in ``x``, in place."""
-        named = {
-            Term(Leaf.PARAMETER, value=n): v for n, v in zip(self._layout.parameters, parameters.tolist(), strict=True)
-        }
+        named = dict(zip(self._layout.leaf[Leaf.PARAMETER].values(), parameters.tolist(), strict=True))
         self._follow(x, self._values(x, {}) | named, ())
 
     def correct(self, states: Table, residuals: Mapping[str, Vec]) -> None:
@@ -127,22 +125,22 @@ class Estimation:
     def _values(self, x: Vec, readings: Mapping[str, float]) -> dict[Term, Any]:
         """What every leaf is in the state ``x``."""
         values: dict[Term, Any] = self._stated | {TICK: self._layout.tick_s}
-        values |= {Term(Leaf.HELD, value=n): float(x[i]) for n, i in self._layout.column.items()}
-        values |= {state: float(x[i]) for i, state in enumerate(self._states)}
-        values |= {Term(Leaf.INPUT, value=n): readings.get(n, np.nan) for n in self._layout.inputs}
+        values.update(zip(self._layout.leaf[Leaf.HELD].values(), x.tolist(), strict=True))
+        values.update(zip(self._states, x.tolist(), strict=False))
+        values |= {of: readings.get(n, np.nan) for n, of in self._layout.leaf[Leaf.INPUT].items()}
         return {**values, **self._layout.healthy}
 
     def _follow(self, x: Vec, values: dict[Term, Any], read: Container[str]) -> None:
         """Lags and dead times as after a long time, then what instruments that were not ``read`` show, in place."""
-        sheet, at = self._layout.sheet, self._layout.column
+        sheet, at, held = self._layout.sheet, self._layout.column, self._layout.leaf[Leaf.HELD]
         for each in sheet.lags.values():
             if isinstance(each, Network):
                 x[[at[name] for name in each.columns]] = found = _flowing(each, values)
-                values.update((Term(Leaf.HELD, value=n), float(v)) for n, v in zip(each.columns, found, strict=True))
+                values.update((held[n], float(v)) for n, v in zip(each.columns, found, strict=True))
                 continue
             stands = float(evaluate(each.of, values))
             for column in each.columns(self._layout.tick_s) if isinstance(each, Delay) else (each.name,):
-                x[at[column]] = values[Term(Leaf.HELD, value=column)] = stands
+                x[at[column]] = values[held[column]] = stands
         for s in sheet.sensors.values():
             x[[at[s.true], at[s.ideal]]] = evaluate(s.of, values)
             if s.name not in read:

@@ -21,16 +21,16 @@ def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec
     ``states``: shape (members, states); ``readings``: variable -> shape (n,), n >= 2, where a command in row k was
     worked out from row k - 1; ``parameters``: shape (parameters,).
     """
-    values = {Term(Leaf.PARAMETER, value=n): float(v) for n, v in zip(layout.parameters, parameters, strict=True)}
+    held, given_by_hand = layout.leaf[Leaf.HELD], layout.leaf[Leaf.INPUT]
+    values = dict(zip(layout.leaf[Leaf.PARAMETER].values(), parameters.tolist(), strict=True))
     values |= {TICK: layout.tick_s, **layout.healthy}
-    recorded = {Term(Leaf.HELD, value=n): v[:-1] for n, v in readings.items() if n in layout.column}
-    recorded |= {Term(Leaf.INPUT, value=n): v[:-1] for n, v in readings.items() if n in layout.inputs}
-    for name, i in layout.column.items():
-        recorded.setdefault(Term(Leaf.HELD, value=name), states[:, i].mean())
+    recorded = dict(zip(held.values(), states.mean(axis=0).tolist(), strict=True))
+    recorded |= {held[n]: v[:-1] for n, v in readings.items() if n in held}
+    recorded |= {given_by_hand[n]: v[:-1] for n, v in readings.items() if n in given_by_hand}
     for c in layout.sheet.controllers.values():
         known = {**values, **recorded}
         setpoint = np.array(readings.get(c.given, np.full(len(readings[c.measured]), np.nan))[:-1], dtype=np.float64)
-        if c.setpoint is not None and Term(Leaf.INPUT, value=c.given) in leaves(c.setpoint):
+        if c.setpoint is not None and given_by_hand[c.given] in leaves(c.setpoint):
             setpoint = np.broadcast_to(evaluate(c.setpoint, known), setpoint.shape)
         elif c.setpoint is not None:
             setpoint = np.where(np.isnan(setpoint), evaluate(c.setpoint, known), setpoint)
