@@ -242,9 +242,9 @@ def _worked_out(of: Term) -> tuple[tuple[Term, ...], Callable[..., Any]]:
         if each.op == "number":
             return f"({each.value!r})"
         if each not in names:
-            arguments = [name(a) for a in each.args]
+            op, arguments = str(each.op), [name(a) for a in each.args]
             names[each] = new = f"t{len(names)}"
-            made = INFIX[each.op].join(arguments) if each.op in INFIX else f"{each.op}_({', '.join(arguments)})"
+            made = INFIX[op].join(arguments) if op in INFIX else f"{op}_({', '.join(arguments)})"
             lines.append(f"    {new} = {made}")
         return names[each]
 
