@@ -88,7 +88,9 @@ def _check_out(tree: Path) -> None:
         raise NoPast(f"commit {COMMIT} is not in this checkout's history, so it cannot be attacked") from error
     whole = Path(tempfile.mkdtemp(dir=tree.parent))
     with tarfile.open(fileobj=BytesIO(archive)) as files:
-        files.extractall(whole, filter="data")
+        # As an attribute, because the first releases of Python 3.11 have no such argument.
+        files.extraction_filter = getattr(tarfile, "data_filter", None)  # type: ignore[assignment]
+        files.extractall(whole)
     try:
         whole.rename(tree)
     except OSError:  # another process was first
