@@ -32,6 +32,7 @@ from homeostat.twin.isolation.ended import (
 )
 from homeostat.twin.isolation.estimate import Estimate, Estimation
 from homeostat.twin.isolation.evidence import Accuracy, Evidence, Fit
+from homeostat.twin.isolation.jumped import jumped
 from homeostat.twin.isolation.memory import Memory, Remembered, remembered, sizes
 from homeostat.twin.isolation.names import Names
 from homeostat.twin.isolation.prechecks import What, prechecks, shared
@@ -249,7 +250,8 @@ class FaultIsolation:
         self, window: Window, posterior: Posterior, known: FaultSet, before: Sequence[Hypothesis] = ()
     ) -> tuple[Evidence, Search]:
         evidence = Evidence(self._model, self._carrier, window, posterior, self._accuracy, known)
-        prior = Prior(self._plant.faults, window, evidence.variables, self._calibrated)
+        leapt = jumped(window, self._plant, evidence.variables)
+        prior = Prior(self._plant.faults, window, evidence.variables, self._calibrated, leapt)
         modes, first_s = self._carrier.modes, window.at_s(FIRST_ROW)
         had = sizes(known, before, first_s, modes, self._size_error)
         return evidence, Search(evidence, modes, prior, (*known, *_said(before)), had)

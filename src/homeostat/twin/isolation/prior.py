@@ -1,7 +1,7 @@
 """Prior: how likely a fault mode is before anything is seen, and of what size."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,9 @@ FAULT_NATS = 9.0
 """What a fault costs that is as frequent as the faults of the tables are on the mean [nats]."""
 GENERATED_NATS = 2.0
 """What one costs besides that no table names [nats]."""
+JUMPED_NATS = 5.0
+"""What speaks for an instrument being wrong whose reading jumped as the tables say that the process cannot: that they
+are wrong, and something else is at fault within the same minutes, is as rare as one look in 150 [nats]."""
 JUMP = 60
 """Readings on either side of an onset whose means say what a transmitter has jumped by."""
 
@@ -50,9 +53,16 @@ class Prior:
     """Log priors of the fault modes of one plant over one window."""
 
     def __init__(
-        self, tables: Sequence[FaultMode], window: Window, compared: Sequence[str], calibrated: Mapping[str, str]
+        self,
+        tables: Sequence[FaultMode],
+        window: Window,
+        compared: Sequence[str],
+        calibrated: Mapping[str, str],
+        jumped: Collection[str] = (),
     ) -> None:
         """``calibrated``: parameter -> variable whose instrument it calibrates; ``compared``: variables that are.
+
+        ``jumped``: instruments whose readings moved at once as the process cannot.
 
         The readings of an instrument that are an input of the replay are predicted by nothing. If it begins to lie, its
         reading moves by the lie, unless what it measures moved the other way in the same moment, which nothing does.
@@ -60,6 +70,7 @@ class Prior:
         frequency = [mode.prior for mode in tables]
         self._usual = float(np.mean(frequency)) if frequency else 1.0
         self._window, self._compared, self._calibrated = window, set(compared), calibrated
+        self._jumped = jumped
 
     def of_state(self, mode: FaultMode, state: FaultState) -> float:
         """Log prior of a fault of the tables: its frequency relative to the others, and how unusual its size is."""
@@ -68,9 +79,11 @@ class Prior:
 
     def of_mode(self, mode: FaultMode) -> float:
         """Log prior of a fault mode [nats], whatever its size."""
+        at_once = mode.effect is None or not mode.effect.grows
+        jumped = JUMPED_NATS if at_once and mode.component in self._jumped else 0.0
         if not mode.listed:
-            return -FAULT_NATS - GENERATED_NATS
-        return -FAULT_NATS + float(np.log(mode.prior / self._usual))
+            return jumped - FAULT_NATS - GENERATED_NATS
+        return jumped - FAULT_NATS + float(np.log(mode.prior / self._usual))
 
     def of_size(self, mode: FaultMode, rows: Indices) -> tuple[Vec, Vec]:
         """Mean and standard deviation of a generated mode's size at each onset, in rows of the window, (rows,) each.
