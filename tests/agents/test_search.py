@@ -265,3 +265,19 @@ def test_what_is_plausible_is_tried_and_never_nothing(weights: list[float]) -> N
         assert [h.probability for h in kept] == [max(weights)], "one fault at least, and not health"
     else:
         assert kept == (Hypothesis((), 1.0),)
+
+
+@pytest.mark.parametrize("size", [8, 12, 40])
+def test_a_state_of_many_setpoints_is_searched_like_one_of_few(size: int) -> None:
+    """Nothing limits how much a state admits: points reach everywhere, and are few enough to be tried."""
+    state, tag = SPACE.state, SPACE.tags["T1.sp"]
+    ranges = tuple(SetpointRange(f"X{k}.sp", 0.0, 1.0, 0.5) for k in range(size))
+    wide = SearchSpace(replace(state, setpoints=ranges), {r.tag: replace(tag, name=r.tag) for r in ranges})
+    first, near = wide.first(wide.design), wide.around(wide.design, 0.1)
+    assert all(inside(p, ranges) for p in (*first, *near)) and wide.design in near
+    scattered = [p for p in first if all(v != 0.5 for v in p)]
+    assert len(scattered) >= 20
+    for k in range(size):
+        low, *_, high = sorted(p[k] for p in scattered if p[k] is not None)
+        assert low < 0.2 and high > 0.8, f"dimension {k} is looked at from {low:.2f} to {high:.2f} alone"
+    assert len(near) <= 1 + 2 * size * size and len(set(near)) == len(near)

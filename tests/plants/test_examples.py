@@ -52,7 +52,7 @@ def at_last(found: Course, by_hand: Mapping[str, float], rel: float = 5e-3) -> N
 
 
 def test_there_is_one_of_each_kind() -> None:
-    assert NAMES == ["buffer_pumps", "exchanger_train", "heated_batch", "two_tanks"]
+    assert NAMES == ["buffer_pumps", "exchanger_train", "heated_batch", "instrument_air", "two_tanks"]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -110,6 +110,15 @@ def test_the_phases_of_the_batch_take_the_times_that_are_worked_out_by_hand(tmp_
     a = found.true("A1")[reacting]
     assert math.log(a[0] / a[-1]) / (len(a) - 1) == pytest.approx(at_70, rel=0.05)
     assert float(found.true("made")[-1]) > 0.9 * 55.0
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_air_is_as_lean_as_its_analyser_says(tmp_path: Path) -> None:
+    """21 % times the supply is 17 % of 6 mol/s; each valve passes Kv u sqrt(dp), and the motor takes 0.8 F p."""
+    supply = 6.0 * 0.17 / 0.21
+    by_hand = {"P1": 9.0, "P2": 6.0, "A1": 0.17, "F2": supply, "F5": 6.0 - supply, "J1": 0.8 * supply * 9.0}
+    opened = {"C1.pos": supply / 12.0, "V1.pos": supply / (8.0 * math.sqrt(3.0)), "V3.pos": 0.0}
+    at_last(course("instrument_air", tmp_path, 1500.0), by_hand | opened | {"V4.pos": 1.0 / math.sqrt(6.0)})
 
 
 @pytest.mark.wide

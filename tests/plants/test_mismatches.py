@@ -45,6 +45,18 @@ def test_a_mismatch_is_read_from_beside_the_true_plant(folder: Path) -> None:
         find_mismatch(model(folder), "othr")
 
 
+def test_a_flowsheet_needs_no_true_plant_of_its_own_to_be_disturbed(folder: Path) -> None:
+    (folder / "true" / "plant.py").unlink()
+    (folder / "true").rmdir()
+    truth = true_model(own := model(folder))
+    assert truth is not None
+    assert {"V1 dead_s", "V2 lag_s", "P1 stiction", "T1 offset", "F3 noise"} <= set(truth.departures.parameters)
+    twice = find_mismatch(own, "twice")
+    assert twice is not None and twice.spread == 2.0 and list(mismatches(own)) == ["twice"]
+    with pytest.raises(PlantError, match=r"no mismatch 'plant'; it has none, twice"):
+        find_mismatch(own, "plant")
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
@@ -68,11 +80,6 @@ def test_a_file_that_states_no_mismatch_is_refused_in_one_line(folder: Path, con
     with pytest.raises(PlantError) as refused:
         mismatches(model(folder))
     assert words in str(refused.value) and "\n" not in str(refused.value)
-
-
-def test_a_plant_without_a_true_plant_has_no_mismatch(folder: Path) -> None:
-    (folder / "true" / "plant.py").unlink()
-    assert true_model(model(folder)) is None and not mismatches(model(folder))
 
 
 def test_a_true_plant_that_lacks_a_module_is_no_plant_without_one(folder: Path) -> None:

@@ -149,7 +149,10 @@ def departing(plant: Plant, chosen: Scenario, disturbances: Sequence[str] = (), 
         raise ScenarioError(f"mismatch {mismatch!r} must be a name, or 'none'")
     truth = true_model(plant.model)
     if truth is None and (disturbances or mismatch != NONE):
-        raise ScenarioError(f"plant {plant.name!r} has no true plant beside its model; it cannot depart from it")
+        raise ScenarioError(
+            f"plant {plant.name!r} has a model of its own and no true plant beside it, so that it cannot depart from "
+            "it; write true/plant.py"
+        )
     try:
         parsed = tuple(Disturbance.parse(text) for text in disturbances)
         if truth is not None:

@@ -15,7 +15,7 @@ from homeostat.domain.disturbance import Disturbance, DisturbanceError
 from homeostat.plants.error import PlantError
 from homeostat.process.blocks.composed import ComposedModel
 from homeostat.process.blocks.flowsheet import FlowsheetError
-from homeostat.process.blocks.true import TrueFlowsheet
+from homeostat.process.blocks.true import TrueFlowsheet, plain_truth
 from homeostat.process.model import ProcessModel, written_in
 from homeostat.process.truth import TrueModel
 from homeostat.process.types import Vec
@@ -24,6 +24,8 @@ from homeostat.stl.spelling import near_matches
 MISMATCHES: Final = "mismatches.toml"
 NONE: Final = "none"
 """The mismatch of a true plant that is its model."""
+TWICE: Final = 2.0
+"""How many times their stated spread parameters deviate in the mismatch `twice` of a flowsheet [1]."""
 Number = Annotated[float, Field(allow_inf_nan=False)]
 
 
@@ -55,10 +57,16 @@ class Mismatch:
 
 
 def true_model(model: ProcessModel) -> TrueModel | None:
-    """What the true plant behind ``model`` has beyond it; None where nobody wrote that down.
+    """What the true plant behind ``model`` has beyond it; None where nothing tells.
 
-    It stands in the folder ``true`` beside the model's module.
+    It stands in the folder ``true`` beside the model's module, and follows from a flowsheet where that is not there.
     """
+    written = _written(model)
+    return plain_truth(model) if written is None and isinstance(model, ComposedModel) else written
+
+
+def _written(model: ProcessModel) -> TrueModel | None:
+    """The true plant in the folder ``true``; None where there is none."""
     own = _true_package(model)
     try:
         module = importlib.import_module(f"{own}.plant")
@@ -91,9 +99,9 @@ def _true_package(model: ProcessModel) -> str:
 
 def mismatches(model: ProcessModel) -> Mapping[str, Mismatch]:
     """Those of the plant behind ``model``, by name; PlantError where its file is none, or states one that is none."""
-    truth = true_model(model)
+    truth = _written(model)
     if truth is None:
-        return {}
+        return _plain(model)
     try:
         content = tomllib.loads(_beside(f"{_true_package(model)}.plant", MISMATCHES).decode("utf-8"))
     except OSError as error:
@@ -101,6 +109,14 @@ def mismatches(model: ProcessModel) -> Mapping[str, Mismatch]:
     except ValueError as error:  # no TOML, or no UTF-8
         raise PlantError(f"{MISMATCHES} is no TOML file: {error}; correct it") from None
     return {name: _mismatch(truth, name, table) for name, table in content.items()}
+
+
+def _plain(model: ProcessModel) -> Mapping[str, Mismatch]:
+    """Those of a plant whose true one nobody wrote down: of a flowsheet, the parameters alone."""
+    if not isinstance(model, ComposedModel):
+        return {}
+    told = f"The model's own equations, parameters at {TWICE:g} times their stated spread"
+    return {"twice": Mismatch("twice", told, TWICE, np.array(plain_truth(model).departures.neutral()), ())}
 
 
 def _beside(module: str, name: str) -> bytes:

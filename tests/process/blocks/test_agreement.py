@@ -60,6 +60,11 @@ def test_a_wrong_unit_is_found_where_it_matters(symbol: str, unit: str, told: st
     assert found and any(told in each for each in found), found
 
 
+def test_units_that_do_not_agree_are_said() -> None:
+    found = disagreements(two_tanks(), stated(cp="kJ/(kg K)"))
+    assert any("cp [kJ/(kg K)]" in each and "P_H1 [kW]" in each for each in found), found
+
+
 def test_a_factor_may_convert_and_what_stands_in_a_sum_may_not() -> None:
     s = Flowsheet()
     b = Vessel(s, "B", "L", 10.0)

@@ -12,6 +12,11 @@ from homeostat.domain.recovery import ActionSet, Command
 Point = tuple[float | None, ...]
 """One value per setpoint range of the state; None leaves a manual output on automatic."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17)
+"""Bases of the Halton sequence; of more dimensions, larger ones would begin with points in one corner."""
+LATTICE = 29
+"""Numbers 1 to 28 times a power of 2, modulo this prime, are each of them once: what is scattered there instead."""
+TOGETHER = 6
+"""So many dimensions are stepped in all combinations, 729 of them; of more, one and two at a time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,11 +88,14 @@ class SearchSpace:
             for base in {self.design, present}:
                 points += [(*base[:k], v, *base[k + 1 :]) for v in values]
         for n in range(1, scattered + 1):
-            points.append(tuple(self._scatter(r, n, PRIMES[k]) for k, r in enumerate(self.ranges)))
+            points.append(tuple(self._scatter(r, n, k) for k, r in enumerate(self.ranges)))
         return list(dict.fromkeys(points))
 
     def around(self, point: Point, fraction: float) -> list[Point]:
-        """Every combination of one step down, none, or up in each dimension; a step is ``fraction`` of the range."""
+        """Every combination of one step down, none, or up in each dimension; a step is ``fraction`` of the range.
+
+        Of more dimensions than :data:`TOGETHER` those in which at most two are stepped.
+        """
         options: list[Sequence[float | None]] = []
         for r, v in zip(self.ranges, point, strict=True):
             if v is None or r.high <= r.low:
@@ -95,19 +103,36 @@ class SearchSpace:
             else:
                 step = fraction * (r.high - r.low)
                 options.append(sorted({min(max(v + s * step, r.low), r.high) for s in (-1.0, 0.0, 1.0)}))
-        return [tuple(c) for c in itertools.product(*options)]
+        moving = [k for k, values in enumerate(options) if len(values) > 1]
+        if len(moving) <= TOGETHER:
+            return [tuple(c) for c in itertools.product(*options)]
+        pairs = (
+            itertools.product(*(values if k in pair else (point[k],) for k, values in enumerate(options)))
+            for pair in itertools.combinations(moving, 2)
+        )
+        return list(dict.fromkeys(itertools.chain.from_iterable(pairs)))
 
     @staticmethod
-    def _scatter(r: SetpointRange, n: int, base: int) -> float | None:
-        """The n-th point of a Halton sequence in the range; manual outputs stay automatic."""
+    def _scatter(r: SetpointRange, n: int, k: int) -> float | None:
+        """The n-th of points that are spread evenly in the range of dimension ``k``; manual outputs stay automatic."""
         if r.design is None:
             return None
-        fraction, weight = 0.0, 1.0
-        while n > 0:
-            weight /= base
-            n, digit = divmod(n, base)
-            fraction += digit * weight
-        return r.low + (r.high - r.low) * fraction
+        return r.low + (r.high - r.low) * (_halton(n, PRIMES[k]) if k < len(PRIMES) else _lattice(n, k))
+
+
+def _halton(n: int, base: int) -> float:
+    """The n-th number of the van der Corput sequence of this base, 0 to 1."""
+    fraction, weight = 0.0, 1.0
+    while n > 0:
+        weight /= base
+        n, digit = divmod(n, base)
+        fraction += digit * weight
+    return fraction
+
+
+def _lattice(n: int, k: int) -> float:
+    """The n-th number of a rank-1 lattice in dimension ``k`` (Korobov, with generator 2), 0 to 1."""
+    return n * pow(2, k, LATTICE) % LATTICE / LATTICE
 
 
 def design_commands(state: State, tags: Mapping[str, Tag]) -> tuple[Command, ...]:

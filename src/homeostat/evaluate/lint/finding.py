@@ -6,6 +6,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 
+def amount(value: float, unit: str, digits: int = 4) -> str:
+    """A number with its unit as a message has it; a share has none."""
+    return f"{value:.{digits}g}" if unit == "1" else f"{value:.{digits}g} {unit}"
+
+
 class Severity(StrEnum):
     """How much a finding weighs."""
 

@@ -100,7 +100,9 @@ def _parameters(plant: PlantDescription, model: ModelInterface) -> Found:
 
 def _loops(plant: PlantDescription) -> Found:
     for loop in plant.loops:
-        places = ((loop.process_variable, Role.PV), (loop.setpoint, Role.SP), (loop.manipulated_variable, Role.MV))
+        inner = loop.manipulated_variable in {each.setpoint for each in plant.loops if each != loop}
+        moved = Role.SP if inner else Role.MV  # the outer loop of a cascade moves a setpoint
+        places = ((loop.process_variable, Role.PV), (loop.setpoint, Role.SP), (loop.manipulated_variable, moved))
         for name, role in places:
             found = plant.tag(name).role
             if found is not role:

@@ -40,11 +40,15 @@ def feature_values(plant: Plant, seed: int) -> NDArray[np.float64]:
     link = SimulatedLink(process, recipe=new_sequencer(plant).sample)
     filters = [FeatureFilter(f, tick_of(plant.model.kernel)) for f in plant.description.features]
     rows: list[list[float]] = []
+    unknown = {f.name for f in plant.description.features}
     started: float | None = None
     try:
         while not link.ended:
             snapshot = link.advance()
             values = [f.update(snapshot) for f in filters]
+            unknown -= {
+                f.name for f, value in zip(plant.description.features, values, strict=True) if value is not None
+            }
             if started is None and plant.started.holds(snapshot.values):
                 started = snapshot.at_s
             if started is not None and snapshot.at_s - started >= plant.monitoring.settle_s and None not in values:
@@ -59,7 +63,8 @@ def feature_values(plant: Plant, seed: int) -> NDArray[np.float64]:
         )
     if not rows:
         text = f"its features are never all known after it started at {started:g} s and settled"
-        raise _sick(seed, f"{text}; shorten settle_s or their windows, or correct the features")
+        never = f" ({', '.join(sorted(unknown)[:5])} at no moment)" if unknown else ""
+        raise _sick(seed, f"{text}{never}; shorten settle_s or their windows, or correct the features")
     _refuse_violated(plant, process.truth(), started, seed)
     return np.array(rows)
 

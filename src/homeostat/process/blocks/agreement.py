@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Final
 
 from homeostat.process.blocks.flowsheet import Flowsheet
 from homeostat.process.blocks.parts import Delay, Network, fault, held
-from homeostat.process.blocks.term import TICK, Leaf, Term, where
+from homeostat.process.blocks.term import TICK, Leaf, Term, leaves, where
 from homeostat.process.blocks.units import NONE, Unit, UnitError, of_term, read
+
+_SHOWN: Final = 8
+"""Most units that a message shows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,15 +30,34 @@ class StatedUnits:
 def disagreements(sheet: Flowsheet, stated: StatedUnits) -> tuple[str, ...]:
     """What does not agree, a sentence each; FlowsheetError where the flowsheet is not complete."""
     found: list[str] = []
-    units = _leaves(sheet, stated, found)
+    units, symbols = _leaves(sheet, stated, found), _symbols(sheet, stated)
     for what, of, expected in _expected(sheet, stated):
         try:
             unit = of_term(of, units, {})
             if not unit.agrees(_read(expected)):
-                found.append(f"{what} must be in {expected}, and what it is made of is not")
+                found.append(f"{what} must be in {expected}, and what it is made of is not{_made_of((of,), symbols)}")
         except UnitError as wrong:
-            found.append(f"{what}: {wrong}")
+            found.append(f"{what}: {wrong}{_made_of(wrong.about, symbols)}")
     return tuple(dict.fromkeys(found))
+
+
+def _made_of(terms: Collection[Term], symbols: Mapping[Term, str]) -> str:
+    """The units that are stated of what ``terms`` are made of, for a message: parameters first."""
+    made = leaves(*terms) & symbols.keys()
+    named = sorted(
+        (leaf.op is not Leaf.PARAMETER, str(leaf.value).removesuffix("_now"), symbols[leaf]) for leaf in made
+    )
+    told = [f"{name} [{symbol}]" for _, name, symbol in named]
+    more = f" and {len(told) - _SHOWN} more" if len(told) > _SHOWN else ""
+    return f" ({', '.join(told[:_SHOWN])}{more})" if told else ""
+
+
+def _symbols(sheet: Flowsheet, stated: StatedUnits) -> dict[Term, str]:
+    """The unit of each leaf that has one, as it is written."""
+    symbols = {Term(Leaf.PARAMETER, value=name): symbol for name, symbol in stated.parameters.items()}
+    symbols |= {held(name): symbol for name, symbol in stated.variables.items()}
+    symbols |= {d.now: stated.parameters[d.name] for d in sheet.disturbances.values() if d.name in stated.parameters}
+    return symbols | {s.term: s.unit for s in sheet.states.values()}
 
 
 def _read(symbol: str) -> Unit:

@@ -254,6 +254,19 @@ def _worked_out(of: Term) -> tuple[tuple[Term, ...], Callable[..., Any]]:
     return own, cast(Callable[..., Any], room["function"])
 
 
+def replaced(of: Term, by: Mapping[Term, Term]) -> Term:
+    """``of`` with every leaf that ``by`` has in its place, and in what comes there as well."""
+    done: dict[Term, Term] = {}
+
+    def found(each: Term) -> Term:
+        if each not in done:
+            kept = Term(each.op, tuple(map(found, each.args)), each.value) if each.args else each
+            done[each] = found(by[each]) if each in by else kept
+        return done[each]
+
+    return found(of)
+
+
 def leaves(*of: Term) -> frozenset[Term]:
     """The leaves of terms."""
     seen: set[Term] = set()

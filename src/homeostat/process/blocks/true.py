@@ -58,5 +58,15 @@ class TruePlant:
 
 
 @functools.lru_cache(maxsize=8)
+def plain_truth(model: ComposedModel) -> TrueModel:
+    """The true plant behind ``model`` where nobody wrote one: its own flowsheet, and what any plant may depart by.
+
+    It departs before every actuator and behind every instrument, and has no parameters of its own.
+    """
+    sheet = model.flowsheet
+    return TruePlant(sheet, model, Departures(tuple(sheet.actuators), tuple(sheet.sensors)))
+
+
+@functools.lru_cache(maxsize=8)
 def _true_plant(flowsheet: TrueFlowsheet, model: ComposedModel) -> TruePlant:
     return TruePlant(flowsheet.sheet, model, flowsheet.departures)

@@ -25,6 +25,12 @@ _SHORT = 40
 class UnitError(ValueError):
     """Units do not agree; the message says which, and where."""
 
+    def __init__(self, text: str, *about: Term) -> None:
+        """``about``: the terms whose units do not agree."""
+        super().__init__(text)
+        self.about = about
+        """The terms whose units do not agree; empty where it is no matter of terms."""
+
 
 @dataclass(frozen=True, slots=True)
 class Unit:
@@ -104,7 +110,9 @@ def _of(term: Term, args: list[Unit], units: Mapping[Term, Unit], named: Mapping
         pair = [u for u in chosen if not u.any]
         if len(pair) == 2 and not pair[0].agrees(pair[1]):
             told = " and ".join(told_term(a, named) for a in term.args[-2:])
-            raise UnitError(f"{told} are {_WORDS.get(str(term.op), 'combined')}, and their units differ")
+            raise UnitError(
+                f"{told} are {_WORDS.get(str(term.op), 'combined')}, and their units differ", *term.args[-2:]
+            )
         return (pair or chosen)[0]
     if term.op in ("mul", "div"):
         power = 1.0 if term.op == "mul" else -1.0
@@ -117,7 +125,9 @@ def _of(term: Term, args: list[Unit], units: Mapping[Term, Unit], named: Mapping
     if term.op == "sqrt":
         return NONE.times(args[0], 0.5)
     if term.op in _PLAIN and args[0].kind:
-        raise UnitError(f"{told_term(term.args[0], named)} has a unit, and {term.op} is taken of it; divide it away")
+        raise UnitError(
+            f"{told_term(term.args[0], named)} has a unit, and {term.op} is taken of it; divide it away", term
+        )
     return args[0] if term.op == "abs" else NONE
 
 
@@ -140,7 +150,7 @@ def told_term(term: Term, named: Mapping[Term, str]) -> str:
     text = _written(term, named)
     if len(text) <= _SHORT:
         return text
-    names = sorted(str(leaf.value) for leaf in leaves(term) if leaf.op is not Leaf.FAULT)
+    names = sorted(str(leaf.value) for leaf in leaves(term) if leaf.value and leaf.op is not Leaf.FAULT)
     return f"a term of {', '.join(names)}"
 
 

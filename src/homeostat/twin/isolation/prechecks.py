@@ -294,13 +294,20 @@ def broken_laws(window: Window, description: PlantDescription, model: ProcessMod
 def _unbroken(window: Window, description: PlantDescription, model: ProcessModel) -> Indices:
     """Rows among the last that can be judged: their own readings and those of the two rows before are known."""
     clean = np.ones(window.length, dtype=bool)
+    inner = {description.variables[loop.setpoint] for loop in description.loops if _is_inner(window, description, loop)}
     for variable in window.readings.keys() & {*model.shown, *model.inputs}:
         if variable in window.held:
             clean &= ~window.held[variable]
-        if variable not in description.automatic:
+        if variable not in description.automatic and variable not in inner:
             clean &= np.isfinite(window.readings[variable])
     rows = np.arange(max(2, window.length - LOOKED_AT), window.length)
     return np.asarray(rows[clean[rows] & clean[rows - 1] & clean[rows - 2]])
+
+
+def _is_inner(window: Window, description: PlantDescription, loop: ControlLoop) -> bool:
+    """Whether another controller sets a loop's setpoint: it has none from outside."""
+    given = window.readings.get(description.variables[loop.setpoint])
+    return given is None or not np.isfinite(given).any()
 
 
 def _broken(
@@ -309,13 +316,17 @@ def _broken(
     """``lawful``: variable -> what it would be in ``rows``, shape (rows,)."""
     tag, variables = description.tag(loop.manipulated_variable), description.variables
     variable = variables[tag.name]
-    output, setpoint = window.readings[variable], window.readings[variables[loop.setpoint]]
+    if variable not in lawful:  # the outer loop of a cascade: what it moves shows in the inner one
+        return None
+    output, unset = window.readings[variable], np.full(window.length, np.nan)
+    setpoint = window.readings.get(variables[loop.setpoint], unset)
     inside = (output > tag.range.low) & (output < tag.range.high)
     automatic = np.ones(window.length, dtype=bool)
     for manual, command in description.automatic.items():
         if command == variable:
             automatic &= np.isnan(window.readings[manual])
-    free = (setpoint[rows] == setpoint[rows - 1]) & (setpoint[rows - 1] == setpoint[rows - 2])
+    still = (setpoint[1:] == setpoint[:-1]) | (np.isnan(setpoint[1:]) & np.isnan(setpoint[:-1]))
+    free = still[rows - 1] & still[rows - 2]
     free &= automatic[rows] & automatic[rows - 1] & automatic[rows - 2]
     judged, every = free & inside[rows] & inside[rows - 1] & inside[rows - 2], np.abs(output[rows] - lawful[variable])
     if np.count_nonzero(judged) < SAMPLES:

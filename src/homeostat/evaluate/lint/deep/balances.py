@@ -14,7 +14,7 @@ import numpy as np
 from homeostat.domain.diagnosis import Feature
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.course import Course
-from homeostat.evaluate.lint.finding import Finding, Severity
+from homeostat.evaluate.lint.finding import Finding, Severity, amount
 from homeostat.process.types import Vec
 from homeostat.stl import tree
 from homeostat.stl.formula import Expression
@@ -48,8 +48,8 @@ def _closes(bench: Bench, feature: Feature) -> Iterator[Finding]:
     if left > allowed:
         what = (
             f"'{feature.expression}' does not bring what '{feature.accumulation}' gains: in {window * dt_s:g} s of "
-            f"a healthy course {left:.4g} {feature.unit} are left over on the mean, more than "
-            f"{allowed:.4g} {feature.unit}"
+            f"a healthy course {amount(left, feature.unit)} are left over on the mean, more than "
+            f"{amount(allowed, feature.unit)}"
         )
         remedy = "correct the balance in the table, or the equation of the model that loses it"
         yield Finding(Severity.ERROR, "balances", bench.places.row("features", id=feature.name), what, remedy)

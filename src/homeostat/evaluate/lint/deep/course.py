@@ -51,6 +51,12 @@ class Course:
         return next((at_s for state, at_s in self.states if state not in rules), math.inf)
 
     @property
+    def stays(self) -> tuple[tuple[str, float, float], ...]:
+        """States of the machine, each with when it was entered and left [s]; the last one is never left."""
+        ends = (*(at_s for _, at_s in self.states[1:]), math.inf)
+        return tuple((state, at_s, end_s) for (state, at_s), end_s in zip(self.states, ends, strict=False))
+
+    @property
     def settled_s(self) -> float:
         """When it is judged from: start-up and what monitoring waits are over [s]."""
         return self.started_s + self.plant.monitoring.settle_s

@@ -15,10 +15,14 @@ from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.contract import module_file
 from homeostat.evaluate.lint.deep.course import Course
 from homeostat.evaluate.lint.deep.symptoms import first_symptoms
-from homeostat.evaluate.lint.finding import Finding, Place, Severity
+from homeostat.evaluate.lint.finding import Finding, Place, Severity, amount
 from homeostat.guard.requests.permissives import permissive_findings
 from homeostat.plants.wired.assembly import nominal
 
+MISSED: Final = 0.9
+"""Share of its settled time for which a healthy plant may miss an acceptance criterion [1]."""
+ROUND: Final = 1e-6
+"""A margin that is below 0 by so little is not (in the formula's unit)."""
 OUTSIDE: Final = 0.01
 """Share of the time for which a true value may be outside its instrument's range [1]."""
 
@@ -49,6 +53,8 @@ def _findings(bench: Bench, course: Course) -> Iterator[Finding]:
     yield from _limits(bench, course)
     yield from _ranges(bench, course)
     yield from _states(bench, course)
+    if course is bench.quiet:  # with noise, what asks for stillness is missed by a little all the time
+        yield from missed_criteria(bench, course)
 
 
 def _route(bench: Bench, course: Course) -> Iterator[Finding]:
@@ -66,7 +72,7 @@ def _route(bench: Bench, course: Course) -> Iterator[Finding]:
     what = (
         f"the fault-free plant does not come from {step.transition.source!r} to {step.target!r} "
         f"in {bench.plant.end_s:g} s: '{step.transition.guard}' never holds, its "
-        f"margin is {nearest:.4g} {step.transition.guard.unit} at best"
+        f"margin is {amount(nearest, step.transition.guard.unit)} at best"
     )
     place = bench.places.row("transitions", id=step.transition.name)
     remedy = "correct the guard, the setpoints or the model, or give the run more time (end_s)"
@@ -107,7 +113,7 @@ def _violated(bench: Bench, course: Course, limit: Limit, outside: np.ndarray) -
     what = (
         f"{limit.name} does not hold in the fault-free plant: '{limit.formula}' is violated for "
         f"{course.lasts_s(outside):g} s, first at {first_s:g} s, by up to "
-        f"{-np.nanmin(margins):.4g} {limit.formula.unit}"
+        f"{amount(-np.nanmin(margins), limit.formula.unit)}"
     )
     remedy = "correct the limit, the setpoints in setpoints.csv, or the model"
     return Finding(Severity.ERROR, "fault-free", place, what, remedy)
@@ -134,8 +140,7 @@ def _ranges(bench: Bench, course: Course) -> Iterator[Finding]:
 def _states(bench: Bench, course: Course) -> Iterator[Finding]:
     """States that are reached settle, and start-up is over in its time."""
     d = bench.plant.description
-    ends = [*(at_s for _, at_s in course.states[1:]), math.inf]
-    for (name, from_s), to_s in zip(course.states, ends, strict=True):
+    for name, from_s, to_s in course.stays:
         state = d.machine.state(name)
         during = course.after(from_s - course.truth.dt_s) & (course.truth.times_s <= to_s)
         signals = {tag: values[:, during] for tag, values in course.truth.signals.items()}
@@ -149,6 +154,29 @@ def _states(bench: Bench, course: Course) -> Iterator[Finding]:
             what = f"start-up takes {course.started_s:g} s, more than start_up_s = {longest_s:g} s"
             place = bench.places.row("states", id=name)
             yield Finding(Severity.ERROR, "fault-free", place, what, "give it twice the longest fault-free start")
+
+
+def missed_criteria(bench: Bench, course: Course) -> Iterator[Finding]:
+    """What is asked of a recovery is what the plant does by itself while nothing is wrong.
+
+    A batch is not judged: what it is asked for need not last.
+    """
+    settled = course.after(course.settled_s)
+    if len(course.states) > len(("start-up", "operation")) or not settled.any():
+        return
+    for criterion in bench.plant.description.limits.criteria:
+        margins = criterion.formula.margins(course.truth.signals, course.truth.dt_s)[0]
+        judged = settled & (course.truth.times_s <= course.truth.times_s[-1] - criterion.formula.horizon_s)
+        if not judged.any() or (missed := float(np.mean(margins[judged] < -ROUND))) <= MISSED:
+            continue
+        most = amount(float(np.max(margins[judged])), criterion.formula.unit)
+        costs = "nothing is ever released" if criterion.hard else "every run pays for it"
+        what = (
+            f"the fault-free plant misses '{criterion.formula}' for {missed:.0%} of the time in "
+            f"{course.states[-1][0]!r}, with a margin of {most} at best, so that {costs}"
+        )
+        place = bench.places.row("criteria", id=criterion.name)
+        yield Finding(Severity.ERROR, "fault-free", place, what, "correct the formula, or the design in setpoints.csv")
 
 
 def healthy_symptoms(bench: Bench) -> Iterator[Finding]:

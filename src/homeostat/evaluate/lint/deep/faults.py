@@ -18,7 +18,7 @@ from homeostat.evaluate.lint.deep.course import Course
 from homeostat.evaluate.lint.deep.following import batch_of, moments
 from homeostat.evaluate.lint.deep.symptoms import Shown, first_symptoms
 from homeostat.evaluate.lint.deep.thinking import too_little
-from homeostat.evaluate.lint.finding import Finding, Severity
+from homeostat.evaluate.lint.finding import Finding, Severity, amount
 from homeostat.process.batch import Batch, ProcessError, simulate
 from homeostat.process.types import Table
 from homeostat.twin.history import Window
@@ -88,7 +88,8 @@ def _acts(bench: Bench, fault: FaultMode, course: Course) -> Finding | None:
     if acts or read:
         return None
     place = bench.places.row("faults", id=fault.name)
-    what = f"{fault.name!r} at its nominal severity {fault.severity_nominal:g} {fault.severity_unit} changes nothing"
+    size = amount(fault.severity_nominal, fault.severity_unit, 6)
+    what = f"{fault.name!r} at its nominal severity {size} changes nothing"
     if _can_act(bench, fault):
         what += f" in the plant's own course from {bench.onset_s:g} s on, so nobody can notice it there"
         return Finding(Severity.NOTE, "faults", place, what, "nothing, or begin it elsewhere (onset_s of [run])")
@@ -131,7 +132,7 @@ def _noticed(bench: Bench, fault: FaultMode, shown: dict[str, Shown]) -> Iterato
     confirmed = [name for name, each in shown.items() if each.confirmed_s is not None]
     if any(fault.name in rules[name].faults for name in confirmed):
         return
-    size = f"{fault.name!r} at its nominal severity {fault.severity_nominal:g} {fault.severity_unit}"
+    size = f"{fault.name!r} at its nominal severity {amount(fault.severity_nominal, fault.severity_unit, 6)}"
     own = [name for name in shown if fault.name in rules[name].faults]
     nearest = max(own, key=lambda name: shown[name].largest)
     if confirmed:
@@ -144,7 +145,13 @@ def _noticed(bench: Bench, fault: FaultMode, shown: dict[str, Shown]) -> Iterato
             f"{shown[nearest].largest:.2g} times its threshold, {shown[nearest].threshold:.4g}"
         )
         place = bench.places.row("faults", id=fault.name)
-        yield Finding(Severity.ERROR, "faults", place, what, "lower the threshold, or state a symptom that shows it")
+        yield Finding(Severity.ERROR, "faults", place, what, _UNSEEN)
+
+
+_UNSEEN: Final = (
+    "lower the threshold (symptoms.csv), state a symptom that shows it, or leave out a fault that does not matter "
+    "(omitted.csv)"
+)
 
 
 def _outlook(bench: Bench, fault: FaultMode, shown: dict[str, Shown], alike: tuple[str, ...]) -> Outlook:

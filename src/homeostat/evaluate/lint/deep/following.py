@@ -13,7 +13,7 @@ import numpy as np
 from homeostat.domain.plant.description import Relation
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.contract import of_model
-from homeostat.evaluate.lint.finding import Finding
+from homeostat.evaluate.lint.finding import Finding, amount
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.types import Table, Vec
 from homeostat.twin.carried import Carried
@@ -128,17 +128,16 @@ def _estimate(bench: Bench, moment: Moment) -> Iterator[Finding]:
         allowed = SAME * tag.range.span
         shown = abs(again[name] - read[name])
         if shown > allowed:
-            what = (
-                f"from {name!r} = {read[name]:.6g} {tag.unit} it makes a state that shows {again[name]:.6g} {tag.unit}"
-            )
+            was, made = amount(read[name], tag.unit, 6), amount(again[name], tag.unit, 6)
+            what = f"from {name!r} = {was} it makes a state that shows {made}"
             yield of_model(bench, "following", "estimate", f"at {moment.at_s:g} s {what}", _TAKE.format(name=name))
             continue
         at_once, later_on = np.abs(np.diff(truth[name], axis=0))[0].tolist()
         # What is controlled is judged a tick later, as what a state shows at once may be a copy; some follow then only.
         off = later_on if name in bench.plant.twin.corrected else min(at_once, later_on)
         if signal.relation is Relation.MEASURES and off > allowed:
-            values = f"{truth[name][0, 1]:.6g} {tag.unit}, the state that it makes {truth[name][1, 1]:.6g} {tag.unit}"
-            what = f"a tick after {moment.at_s:g} s the true {name!r} is {values}"
+            was, made = (amount(value, tag.unit, 6) for value in truth[name][:, 1].tolist())
+            what = f"a tick after {moment.at_s:g} s the true {name!r} is {was}, the state that it makes {made}"
             yield of_model(bench, "following", "estimate", what, _TAKE.format(name=name))
 
 
@@ -194,11 +193,13 @@ def _resumed(bench: Bench, moment: Moment) -> Iterator[Finding]:
     resumed = _next(bench, ahead, _controlled(bench, moment, model.estimate(window.at(-1))), window.end_s)
     for loop in d.loops:
         name, tag = d.variables[loop.manipulated_variable], d.tag(loop.manipulated_variable)
+        if name in model.inputs:
+            continue  # the outer loop of a cascade: what it sets shows in the command of the inner one
         jump = abs(resumed[name] - went[name])
         if not jump <= BUMP * tag.range.span:
             what = (
                 f"where control goes on at {moment.at_s:g} s, loop {loop.name!r} commands {tag.name!r} = "
-                f"{resumed[name]:.4g} {tag.unit} instead of {went[name]:.4g} {tag.unit}"
+                f"{amount(resumed[name], tag.unit)} instead of {amount(went[name], tag.unit)}"
             )
             yield of_model(
                 bench, "following", "resume", what, "set the controller's memory so that its output goes on as it was"

@@ -12,7 +12,7 @@ from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.course import Course
-from homeostat.evaluate.lint.finding import Finding, Place, Severity
+from homeostat.evaluate.lint.finding import Finding, Place, Severity, amount
 
 LATE: Final = 0.2
 """Share of a course at its end in which a loop has to stand still [1]."""
@@ -36,7 +36,7 @@ def loops(bench: Bench) -> Iterator[Finding]:
     bench.told("loops")
     for loop in bench.plant.description.loops:
         found = _signs(bench, loop)
-        if found is None and not _by_hand(bench, loop):
+        if found is None and not _by_hand(bench, loop) and not _overridden(bench, loop):
             found = _holds(bench, loop) or _follows(bench, loop)
         if found is not None:
             yield found
@@ -49,6 +49,25 @@ def _by_hand(bench: Bench, loop: ControlLoop) -> bool:
     manual = [s.tag.name for s in d.signals if s.relation is Relation.OVERRIDES and s.component == driven]
     late = bench.quiet.after((1.0 - LATE) * times_s[-1])
     return any(bool(np.isfinite(bench.quiet.true(name)[late]).any()) for name in manual)
+
+
+def _overridden(bench: Bench, loop: ControlLoop) -> bool:
+    """Whether another loop moves the same actuator in its place at the end of the healthy course: nothing is held."""
+    if not _is_off(bench, loop):
+        return False
+    rivals = [
+        each
+        for each in bench.plant.description.loops
+        if each.manipulated_variable == loop.manipulated_variable and each != loop
+        and np.isfinite(bench.quiet.true(each.setpoint)[-1])  # else it is the inner one of a cascade
+    ]  # fmt: skip
+    return any(not _is_off(bench, each) for each in rivals)
+
+
+def _is_off(bench: Bench, loop: ControlLoop) -> bool:
+    """Whether a loop is off its setpoint at the end of the healthy course."""
+    last, tag = _last(bench.quiet, loop), bench.plant.description.tag(loop.process_variable)
+    return last is not None and abs(float(last[0].mean())) > SCALES * tag.scale
 
 
 def _signs(bench: Bench, loop: ControlLoop) -> Finding | None:
@@ -73,16 +92,19 @@ def _holds(bench: Bench, loop: ControlLoop) -> Finding | None:
     off, swing, shakes = abs(float(error.mean())), float(np.ptp(moved)), float(np.std(shaken))
     if off > SCALES * tag.scale:
         what = (
-            f"{tag.name!r} is off its setpoint by {off:.4g} {tag.unit} on the mean at the end of a healthy course, "
-            f"with {output.name!r} at {float(moved.mean()):.3g} {output.unit}: loop {loop.name!r} does not hold it"
+            f"{tag.name!r} is off its setpoint by {amount(off, tag.unit)} on the mean at the end of a healthy course, "
+            f"with {output.name!r} {_at(float(moved.mean()), output.unit)}: loop {loop.name!r} does not hold it"
         )
         return _finding(
-            bench, loop, what, f"look at the signs of its gains ({_gains(bench, loop)}), and at its actuator"
+            bench,
+            loop,
+            what,
+            f"look at its action (acts), the signs of its gains ({_gains(bench, loop)}) and its actuator",
         )
     if swing > STILL * output.range.span or shakes > SHAKES * output.range.span:
         how = (
-            f"by {swing:.3g} {output.unit} without any noise" if swing > STILL * output.range.span
-            else f"with a standard deviation of {shakes:.3g} {output.unit} under the noise of its instruments"
+            f"by {amount(swing, output.unit, 3)} without any noise" if swing > STILL * output.range.span
+            else f"with a standard deviation of {amount(shakes, output.unit, 3)} under the noise of its instruments"
         )  # fmt: skip
         what = (
             f"{output.name!r} swings {how} in the last fifth of the fault-free course: loop {loop.name!r} is unstable"
@@ -91,22 +113,37 @@ def _holds(bench: Bench, loop: ControlLoop) -> Finding | None:
     return None
 
 
+def _at(mean: float, unit: str) -> str:
+    """Where an output is; a setpoint that another controller sets has no value of its own."""
+    return f"at {amount(mean, unit, 3)}" if np.isfinite(mean) else "set by it"
+
+
 def _last(course: Course, loop: ControlLoop) -> tuple[np.ndarray, np.ndarray] | None:
     """Deviation and output at the end of a course; None where it broke."""
     if course.broke:
         return None
     late = course.after((1.0 - LATE) * course.truth.times_s[-1])
-    error = (course.true(loop.process_variable) - course.true(loop.setpoint))[late]
+    given = course.true(loop.setpoint)[late]
+    error = course.true(loop.process_variable)[late] - given
+    if np.isnan(given).any():  # another controller sets it
+        signals = course.plant.description.signals
+        own = [s.tag.name for s in signals if s.relation is Relation.REPORTS and s.component == loop.controller]
+        error = course.true(own[0])[late] if own else np.zeros_like(error)
     return error, course.true(loop.manipulated_variable)[late]
 
 
 def _follows(bench: Bench, loop: ControlLoop) -> Finding | None:
-    """It follows a small step of its setpoint, within the horizon of the twin."""
+    """It follows a small step of its setpoint, within the horizon of the twin.
+
+    One that another controller sets is moved with that one.
+    """
     d, plant = bench.plant.description, bench.plant
     pv, sp = d.tag(loop.process_variable), d.tag(loop.setpoint)
     if d.variables[sp.name] not in plant.model.inputs or not np.isfinite(bench.quiet.started_s):
         return None
     before = float(bench.quiet.true(sp.name)[-1])
+    if not np.isfinite(before):
+        return None
     size = min(5.0 * pv.scale, 0.2 * sp.range.span)
     target = before - size if before - size >= sp.range.low else before + size
     horizon_s = float(plant.twin.horizon_s)
@@ -121,7 +158,7 @@ def _follows(bench: Bench, loop: ControlLoop) -> Finding | None:
 
     course = bench.acted((), act=act)
     if course.broke:
-        what = f"the plant breaks after {sp.name!r} is set to {target:g} {sp.unit}: {course.broke}"
+        what = f"the plant breaks after {sp.name!r} is set to {amount(target, sp.unit, 6)}: {course.broke}"
         return _finding(bench, loop, what, "mend the equations, or lower the gains")
     late = course.after(course.truth.times_s[-1] - timing.time_s(AVERAGED_S))
     reached = float((course.true(pv.name) - before)[late].mean())
@@ -130,7 +167,7 @@ def _follows(bench: Bench, loop: ControlLoop) -> Finding | None:
     went = "the other way" if reached * (target - before) < 0.0 else f"{abs(reached) / size:.0%} of the way"
     what = (
         f"{pv.name!r} goes {went} within the twin's horizon of {horizon_s:g} s after {sp.name!r} is set from "
-        f"{before:g} to {target:g} {sp.unit}: a rollout does not show where loop {loop.name!r} leads"
+        f"{before:g} to {amount(target, sp.unit, 6)}: a rollout does not show where loop {loop.name!r} leads"
     )
     remedy = f"correct the gains ({_gains(bench, loop)}), or give [twin] a longer horizon_s"
     return _finding(bench, loop, what, remedy)
@@ -152,7 +189,7 @@ def _slow(bench: Bench, loop: ControlLoop, course: Course, begin_s: float, targe
     row = bench.places.row("writables", tag=sp.name)
     what = (
         f"{loop.process_variable!r} has followed a small step of {sp.name!r} by {FOLLOWED:.0%} after {follows_s:g} s, "
-        f"and fastest = {rule.fastest:g} {sp.unit}/s says that its whole range takes {stated_s:g} s ({row})"
+        f"and fastest = {amount(rule.fastest, sp.unit, 6)}/s says that its whole range takes {stated_s:g} s ({row})"
     )
     remedy = "correct fastest, the loop's gains, or the time constant of its actuator in parameters.csv"
     return _finding(bench, loop, what, remedy)

@@ -10,12 +10,15 @@ from homeostat.domain.ports import GuardEvent
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.course import Course
 from homeostat.evaluate.lint.deep.safe_states import after_fallbacks
-from homeostat.evaluate.lint.finding import Finding, Place, Severity
+from homeostat.evaluate.lint.finding import Finding, Place, Severity, amount
 from homeostat.guard.watch.quality import QualityWatch
 from homeostat.plants.files.folder import SETTINGS
 
 NOISE: Final = (1.0 / 3.0, 3.0)
 """Between which multiples of what an instrument shows its stated noise lies [1]."""
+
+AT_ONCE: Final = 0.02
+"""A time constant that is less than this share of a tick is none [1]."""
 
 
 def numbers(bench: Bench) -> Iterator[Finding]:
@@ -23,6 +26,7 @@ def numbers(bench: Bench) -> Iterator[Finding]:
     bench.told("instruments")
     yield from _noise(bench)
     yield from _errors(bench)
+    yield from at_once(bench)
     seen = set[str]()
     for course in (*bench.noisy, *after_fallbacks(bench)):
         for tag, finding in _doubted(bench, course):
@@ -39,7 +43,8 @@ def _noise(bench: Bench) -> Iterator[Finding]:
         share = rule.noise / shown
         if not NOISE[0] <= share <= NOISE[1]:
             unit = d.tag(tag).unit
-            what = f"noise {rule.noise:g} {unit} is stated of {tag!r}, whose instrument shows {shown:.3g} {unit}"
+            noise, true = amount(rule.noise, unit, 6), amount(shown, unit, 3)
+            what = f"noise {noise} is stated of {tag!r}, whose instrument shows {true}"
             place = bench.places.row("quality", tag=tag)
             yield Finding(Severity.ERROR, "numbers", place, what, "state what the instrument shows (sensors.csv)")
 
@@ -54,6 +59,23 @@ def _errors(bench: Bench) -> Iterator[Finding]:
             place = Place(SETTINGS, None, f"twin, errors, {variable}")
             remedy = "state the noise of one reading, as sensors.csv has it: the twin believes it too much"
             yield Finding(Severity.ERROR, "numbers", place, what, remedy)
+
+
+def at_once(bench: Bench) -> Iterator[Finding]:
+    """Time constants of actuators that are nothing beside a tick: as likely as not in another unit than they are in."""
+    d = bench.plant.description
+    values = {p.symbol: p.value for p in d.parameters}
+    for component in d.components:
+        symbol = f"tau_{component.name}"
+        if 0.0 < values.get(symbol, 0.0) < AT_ONCE * d.timing.tick_s:
+            what = (
+                f"{symbol} = {values[symbol]:g} s is less than {AT_ONCE:.0%} of a tick of {d.timing.tick_s:g} s: "
+                f"{component.name!r} is where it is sent at once"
+            )
+            place = bench.places.row("parameters", symbol=symbol)
+            yield Finding(
+                Severity.WARNING, "numbers", place, what, "state it in seconds, or give [time] a shorter tick_s"
+            )
 
 
 def _doubted(bench: Bench, course: Course) -> Iterator[tuple[str, Finding]]:
@@ -72,5 +94,7 @@ def _doubted(bench: Bench, course: Course) -> Iterator[tuple[str, Finding]]:
     for tag, reason, at_s in said:
         what = f"a reading {when} the fault-free plant is doubted at {at_s:g} s: {reason}"
         place = bench.places.row("quality", tag=tag)
-        remedy = "correct frozen_s, fastest, noise, or the range in signals.csv"
+        remedy = (
+            "correct frozen_s, fastest or noise in quality.csv (leave both empty of what repeats itself), or its range"
+        )
         yield tag, Finding(Severity.ERROR, "numbers", place, what, remedy)

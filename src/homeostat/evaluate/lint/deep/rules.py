@@ -119,11 +119,10 @@ def _stuck(bench: Bench) -> Iterator[tuple[str, str, float]]:
 def _by_design(bench: Bench) -> Iterator[Finding]:
     """Permissives that the fault-free plant violates while it does what its states are by design."""
     course, d = bench.quiet, bench.plant.description
-    ends = [*(at_s for _, at_s in course.states[1:]), math.inf]
     for limit in _permissives(bench):
         found = limit.formula.margins(course.truth.signals, course.truth.dt_s)
         fails = ~(np.broadcast_to(found, (1, course.truth.times_s.size))[0] >= 0.0)  # what is undecided forbids, too
-        for (state, from_s), to_s in zip(course.states, ends, strict=True):
+        for state, from_s, to_s in course.stays:
             during = course.after(from_s) & (course.truth.times_s < to_s)
             if state in d.start_up.states or not during.any() or fails[during].mean() <= FORBIDDEN:
                 continue

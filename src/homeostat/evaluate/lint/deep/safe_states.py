@@ -13,7 +13,7 @@ from homeostat.domain.recovery import ActionSet, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.course import Course
-from homeostat.evaluate.lint.finding import Finding, Severity
+from homeostat.evaluate.lint.finding import Finding, Severity, amount
 from homeostat.guard.fallback.effect import EffectWatch
 from homeostat.guard.watch.violations import Violation
 from homeostat.plants.wired.assembly import fallbacks
@@ -24,7 +24,10 @@ LEAST_S: Final = 200.0
 """For how long it is followed at least, by the reference [s]."""
 PERIODS: Final = 4.0
 """Multiples of its time for which it is followed whether a strategy helps [1]."""
-_REMEDY: Final = "command more, faster (fallbacks.csv), or state another strategy for the limit (fallback_limits.csv)"
+_REMEDY: Final = (
+    "command more, faster (fallbacks.csv), or state another strategy for the limit, or that more may stay (rest in "
+    "fallback_limits.csv)"
+)
 
 
 class _Asked(NamedTuple):
@@ -81,9 +84,10 @@ def _healthy(bench: Bench, strategy: FallbackStrategy, course: Course) -> Iterat
     signals = {tag: values[:, late] for tag, values in course.truth.signals.items()}
     margins = state.settled_when.margins(signals, course.truth.dt_s)
     if not (margins >= 0.0).any():
+        best = amount(float(margins.max()), state.settled_when.unit)
         what = (
             f"{strategy.name!r} does not reach {name!r} in {course.lasts_s(late):g} s on the fault-free plant: "
-            f"'{state.settled_when}' never holds, its margin is {margins.max():.4g} {state.settled_when.unit} at best"
+            f"'{state.settled_when}' never holds, its margin is {best} at best"
         )
         remedy = f"command what the state needs, or correct its settled_when ({bench.places.row('states', id=name)})"
         yield Finding(Severity.ERROR, "fallbacks", place, what, remedy)
@@ -113,16 +117,22 @@ def _restarts(bench: Bench) -> Iterator[Finding]:
     for name, courses in ends.items():
         onward = [t for t in machine.transitions if t.source == name and t.target != name and t.on_decision]
         for transition in onward:
-            late = [{t: v[:, c.after(c.acted_s)] for t, v in c.truth.signals.items()} for c in courses]
+            late = [{t: v[:, c.after(_rests_s(c))] for t, v in c.truth.signals.items()} for c in courses]
             best = max(float(np.max(transition.guard.margins(signals, tick_s))) for signals in late)
             if best < 0.0:
+                margin = amount(best, transition.guard.unit)
                 what = (
-                    f"'{transition.guard}' holds at no moment in {name!r} after any fallback that leads there, and its "
-                    f"margin is {best:.4g} {transition.guard.unit} at best, so nobody can ever take {transition.name!r}"
+                    f"'{transition.guard}' holds at no moment in {name!r} once the plant has come to rest after any "
+                    f"fallback that leads there, its margin is {margin} at best, so nobody can take {transition.name!r}"
                 )
                 place = bench.places.row("transitions", id=transition.name)
                 remedy = "correct the guard, or let a fallback lead to where it holds"
                 yield Finding(Severity.ERROR, "fallbacks", place, what, remedy)
+
+
+def _rests_s(course: Course) -> float:
+    """From when on the plant counts as at rest after a fallback: half of what is simulated of it is over [s]."""
+    return 0.5 * (course.acted_s + float(course.truth.times_s[-1]))
 
 
 def _helps(bench: Bench) -> Iterator[Finding]:
@@ -136,7 +146,7 @@ def _helps(bench: Bench) -> Iterator[Finding]:
                 own.setdefault((strategy.name, each.limit.name), []).append(failure)
         told = [failure.reason for failure in failures if failure]
         if serving and len(told) == len(serving):
-            what = f"under {each.fault.name!r} ({each.severity:g} {each.fault.severity_unit}) no strategy helps"
+            what = f"under {each.fault.name!r} ({amount(each.severity, each.fault.severity_unit, 6)}) no strategy helps"
             place = bench.places.row("limits", id=each.limit.name)
             yield Finding(Severity.ERROR, "fallbacks", place, f"{what} {each.limit.name}: {told[0]}", _REMEDY)
     for (name, limit), every in own.items():
@@ -150,7 +160,7 @@ def _hindered(bench: Bench, strategy: str, limit: str, every: list[_Failure | No
     place = bench.places.row("fallback_limits", strategy=strategy, limit=limit)
     if len(failures) == len(every):
         what = f"it helps {limit} under none of the {len(every)} faults that violate it: {failures[0].reason}"
-        remedy = "command more, faster (fallbacks.csv), or give it the time that it needs (acts_within_s)"
+        remedy = "command more, faster (fallbacks.csv), give it the time that it needs (acts_within_s), or more rest"
         yield Finding(Severity.ERROR, "fallbacks", place, what, remedy)
     elif late:
         back_s, fault = max(late)
@@ -204,7 +214,8 @@ def _fails(bench: Bench, asked: _Asked, strategy: FallbackStrategy) -> _Failure 
         if failure := watch.failed(snapshot.at_s, strategy, violated):
             still = course.outside(asked.limit) & course.after(stands_s)
             back_s = None if still[-1] else float(course.truth.times_s[still][-1]) - stands_s if still.any() else 0.0
-            return _Failure(asked.fault.name, failure[1].removesuffix(f": {_SHORT}"), back_s)
+            rest = f", and rest = {amount(effect.rest, asked.limit.formula.unit)} is what may stay"
+            return _Failure(asked.fault.name, failure[1].removesuffix(f": {_SHORT}") + rest, back_s)
     return None
 
 

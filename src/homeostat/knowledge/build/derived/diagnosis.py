@@ -9,7 +9,7 @@ from homeostat.domain.plant.timing import Timing
 from homeostat.knowledge.build.derived.actuators import WEAK, fault_names
 from homeostat.knowledge.build.derived.draft import Cells, Draft, Line, number, written
 from homeostat.knowledge.build.derived.instruments import absolute_noise, is_position
-from homeostat.knowledge.build.derived.loops import actuators_of
+from homeostat.knowledge.build.derived.loops import actuators_of, deviation_of, is_commanded
 from homeostat.knowledge.build.derived.parameters import time_constant
 from homeostat.knowledge.build.tables.reading import Origin
 
@@ -69,7 +69,8 @@ def _deviations(draft: Draft, instruments: Mapping[str, Line]) -> Iterator[_Sign
         noise = absolute_noise(instrument) if instrument is not None else 0.0
         about = {"unit": held["unit"], "component": held["component"], "description": f"Deviation of {line['pv']}"}
         filter_s = written(FILTER * draft.timing.tick_s)
-        feature = about | {"expression": f"{line['pv']} - {line['sp']}", "filter_s": filter_s}
+        deviation = f"{line['pv']} - {line['sp']}" if is_commanded(draft, line["sp"]) else deviation_of(draft, line)
+        feature = about | {"expression": deviation, "filter_s": filter_s}
         size = {"sigma": "7", "threshold": written(max(scale, NOISES * noise)), "on_delay_s": filter_s}
         words = f"{line['pv']} is not at its setpoint"
         symptom = _add(draft, line.follows, line["id"], feature, size | {"description": words})

@@ -6,7 +6,7 @@ from typing import Final
 
 from homeostat.knowledge.build.derived.draft import Draft, Line, number, one_digit, written
 from homeostat.knowledge.build.derived.instruments import STALE, absolute_noise
-from homeostat.knowledge.build.derived.loops import commands_of
+from homeostat.knowledge.build.derived.loops import commands_of, is_commanded
 from homeostat.knowledge.checks.consistency_bounds import SCALE_TICKS, WORST_TICKS
 from homeostat.knowledge.checks.reach import deepest
 from homeostat.stl.constants import filled
@@ -28,8 +28,9 @@ def add_guarding(draft: Draft) -> None:
     _add_effects(draft)
     _add_trips(draft)
     _add_writables(draft)
+    inner = {line["sp"] for line in draft.lines("loops") if not is_commanded(draft, line["sp"])}
     for line in draft.lines("signals"):
-        if line["relation"] == "overrides":
+        if line["relation"] == "overrides" or line["tag"] in inner:
             continue  # on automatic it has no value, and nobody can say how old that is
         own = {"tag": line["tag"], "stale_s": written(STALE * draft.timing.tick_s), "grace_s": "0"}
         draft.add("quality", line.follows, own | {"description": "Worked out or read back, without noise"})

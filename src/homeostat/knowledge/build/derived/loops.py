@@ -117,10 +117,24 @@ def _add_operator(draft: Draft, line: Line, place: str, driven: tuple[str, ...])
     own = {"id": operator, "resource": place, "successor": successor, "label": f"Control {line['pv']}"}
     draft.add("operators", line.follows, own)
     said = [("input", "Reading", line["pv"]), ("input", "Setpoint", line["sp"])]
-    said += [("output", "Command", command) for command in commands_of(line)]
+    inner = draft.column("loops", "sp") | {f"{each['pv']}.sp" for each in draft.lines("loops")}
+    said += [("output", "Setpoint" if tag in inner else "Command", tag) for tag in commands_of(line)]
     for direction, word, tag in said:
         flow = {"operator": operator, "direction": direction, "flow": f"info_{plain(tag)}", "kind": "Information"}
         draft.add("flows", line.follows, flow | {"tag": tag, "label": f"{word} {tag}"})
+
+
+def is_commanded(draft: Draft, setpoint: str) -> bool:
+    """Whether a state or a fallback gives this setpoint; else another controller does, and from outside it has none."""
+    return setpoint in draft.column("setpoints", "tag") | draft.column("fallbacks", "tag")
+
+
+def deviation_of(draft: Draft, line: Line) -> str:
+    """What the controller of a loop says that it is off its setpoint by."""
+    said = (
+        s["tag"] for s in draft.lines("signals") if (s["relation"], s["component"]) == ("reports", line["controller"])
+    )
+    return next(said, f"{line['pv']} - {line['sp']}")
 
 
 def _place(draft: Draft, driven: str) -> str:

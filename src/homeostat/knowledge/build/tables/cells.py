@@ -9,7 +9,7 @@ from typing import Annotated, Final, TypeAlias
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationInfo
 
-from homeostat.domain.plant.timing import Timing
+from homeostat.domain.plant.timing import REFERENCE, Timing
 from homeostat.knowledge.description.guarding import times_s
 from homeostat.knowledge.store.error import Code
 from homeostat.stl.formula import FormulaError, parse, parse_expression
@@ -91,7 +91,12 @@ def seconds(column: str, why: str) -> BeforeValidator:
     """A time inside the bounds of ``column`` for the plant's timing [s]; ``why`` says where they come from."""
 
     def check(cell: str, info: ValidationInfo) -> float:
-        return _number(cell, times_s(column, _timing(info)), "s", why)
+        timing, reason = _timing(info), why
+        if timing.response_s != REFERENCE.response_s:
+            reason += (
+                f", and the plant responds in {timing.response_s:g} s ([time] response_s, or else the longest Kp / Ki)"
+            )
+        return _number(cell, times_s(column, timing), "s", reason)
 
     return BeforeValidator(check)
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from homeostat.process.blocks.hydraulics.solver import room, solve_network
 from homeostat.process.blocks.layout import Layout
-from homeostat.process.blocks.parts import Delay, Network, Sensor
-from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate, leaves
+from homeostat.process.blocks.parts import Delay, Lag, Network, Sensor, held
+from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate, leaves, replaced
 from homeostat.process.types import Table, Vec
 
 _ROUNDS: Final = 8
@@ -26,7 +26,8 @@ class Estimation:
     """Estimates states of one layout by Gauss-Newton steps from where a run begins.
 
     Minimises the squares of (reading - model) / noise, for the instruments that depend on a state, and the rates of
-    states that rest, which count little where an instrument shows them.
+    states that rest, which count little where an instrument shows them. An instrument behind a lag or a dead time shows
+    what stands before that, as after a long time.
     """
 
     def __init__(self, layout: Layout, stated: Mapping[str, float]) -> None:
@@ -35,7 +36,9 @@ class Estimation:
         self._stated = {of: stated.get(n, np.nan) for n, of in layout.leaf[Leaf.PARAMETER].items()}
         self._states = [s.term for s in sheet.states.values()]
         self._least = np.array([-np.inf if s.least is None else s.least for s in sheet.states.values()])
-        self._telling = [s for s in sheet.sensors.values() if leaves(s.of) & set(self._states)]
+        behind = {held(_column(each)): each.of for each in sheet.lags.values() if isinstance(each, (Lag, Delay))}
+        self._settled = {s.name: replaced(s.of, behind) for s in sheet.sensors.values()}
+        self._telling = [s for s in sheet.sensors.values() if leaves(self._settled[s.name]) & set(self._states)]
         self._direct = {s.name: s for s in self._telling if _about_states(s)}
         self._resting = [layout.rates[str(state.value)] for state in sheet.resting]
         positions = {a.position: a.name for a in sheet.actuators.values()}
@@ -95,8 +98,8 @@ class Estimation:
         scale, x = np.maximum(np.abs(first), 1.0), np.maximum(first, self._least)
         for _ in range(_ROUNDS if used else 0):
             values.update(zip(self._states, x.tolist(), strict=True))
-            rows = [self._slope(s.of, values) / self._noise(s) for s in used]
-            off = [(readings[s.name] - evaluate(s.of, values)) / self._noise(s) for s in used]
+            rows = [self._slope(self._settled[s.name], values) / self._noise(s) for s in used]
+            off = [(readings[s.name] - evaluate(self._settled[s.name], values)) / self._noise(s) for s in used]
             rows += [_REST * self._slope(rate, values) for rate in self._resting]
             off += [-_REST * evaluate(rate, values) for rate in self._resting]
             prior = np.diag(_PRIOR / scale)
@@ -156,6 +159,11 @@ def _flowing(network: Network, values: dict[Term, Any]) -> Vec:
     work = np.concatenate([numbers, np.zeros(room(n, m) - len(numbers))])
     solve_network(work, 0, n, m)
     return np.asarray(work[len(numbers) : len(numbers) + n + m])
+
+
+def _column(each: Lag | Delay) -> str:
+    """Column of what comes out of a lag or a dead time."""
+    return each.oldest if isinstance(each, Delay) else each.name
 
 
 def _about_states(s: Sensor) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from homeostat.process.blocks.parts import Actuator, Controller
 from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate, leaves
 from homeostat.process.equipment import pid_integral
 from homeostat.process.types import Table, Vec
+
+LATELY: Final = 30
+"""Rows at the end of a record whose mean says which of several outputs was selected."""
 
 
 def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec], parameters: Vec) -> None:
@@ -27,37 +31,74 @@ def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec
     recorded = dict(zip(held.values(), states.mean(axis=0).tolist(), strict=True))
     recorded |= {held[n]: v[:-1] for n, v in readings.items() if n in held}
     recorded |= {given_by_hand[n]: v[:-1] for n, v in readings.items() if n in given_by_hand}
+    known, at = {**values, **recorded}, layout.column
     for c in layout.sheet.controllers.values():
-        known = {**values, **recorded}
-        setpoint = np.array(readings.get(c.given, np.full(len(readings[c.measured]), np.nan))[:-1], dtype=np.float64)
-        if c.setpoint is not None and given_by_hand[c.given] in leaves(c.setpoint):
-            setpoint = np.broadcast_to(evaluate(c.setpoint, known), setpoint.shape)
-        elif c.setpoint is not None:
-            setpoint = np.where(np.isnan(setpoint), evaluate(c.setpoint, known), setpoint)
+        setpoint = _setpoint(c, readings, known)
         error = c.acts * (readings[c.measured][:-1] - setpoint)
         forward = np.broadcast_to(np.asarray(evaluate(c.forward, known), dtype=np.float64), error.shape)
-        given = _output(c, layout, readings, known, len(error))
-        at = layout.column
         states[:, at[str(c.used.value)]] = setpoint[-1]
         if c.derivative:
             states[:, at[c.last]] = error[-1]
+        gain, least = values[c.gain("Kp")], float(evaluate(c.law.least, values))
+        beyond = _not_selected(c, layout, readings, known)
+        if beyond is not None:
+            states[:, at[c.integral]] = beyond - forward[-1]
+            states[:, at[str(c.output.value)]] = min(max(beyond + gain * error[-1], least), 1.0)
+            continue
+        given = _output(c, layout, readings, known, len(error))
         if given is None:
             continue
         states[:, at[str(c.output.value)]] = given[0][-1]
-        reset = values[c.gain("Ki")] * layout.tick_s
-        tuning = values[c.gain("Kp")], reset, float(evaluate(c.law.least, values))
+        known[c.output] = given[0]  # what it sets comes after it
+        tuning = gain, values[c.gain("Ki")] * layout.tick_s, least
         states[:, at[c.integral]] = _integral(error, forward, *given, tuning)
 
 
+def _setpoint(c: Controller, readings: Mapping[str, Vec], known: Mapping[Term, Any]) -> Vec:
+    """What the controller followed in each row but the last, shape (n - 1,)."""
+    given = np.array(readings.get(c.given, np.full(len(readings[c.measured]), np.nan))[:-1], dtype=np.float64)
+    if c.setpoint is None:
+        return given
+    own = np.broadcast_to(evaluate(c.setpoint, known), given.shape)
+    told = readings.get(f"{c.measured}_err")
+    if told is not None:  # what it says that it is off by is exact, and what its setpoint follows from is as read
+        used = (readings[c.measured] - told)[1:]
+        return np.where(np.isnan(used), own, used)
+    return own if Term(Leaf.INPUT, value=c.given) in leaves(c.setpoint) else np.where(np.isnan(given), own, given)
+
+
+def _not_selected(
+    c: Controller, layout: Layout, readings: Mapping[str, Vec], known: Mapping[Term, Any]
+) -> float | None:
+    """The last command, where that was another controller's output that was selected in place of this one's; else None.
+
+    Outputs that were not selected stand off the command by their own error (:class:`Follows`), and so show which was.
+    """
+    how, moved, _ = follows(c, layout)
+    if how is not Follows.SELECTED or moved[0].command not in readings or _by_hand_at_last(moved[0], readings):
+        return None
+    command, automatic = readings[moved[0].command][1:][-LATELY:], moved[0].automatic
+    assert automatic is not None
+    rivals = [each for each in layout.sheet.controllers.values() if each.output in leaves(automatic)]
+    stands: dict[Term, float] = {}
+    for each in rivals:
+        error = each.acts * (readings[each.measured][:-1] - _setpoint(each, readings, known))
+        stands[each.output] = float(np.mean(command + known[each.gain("Kp")] * error[-LATELY:]))
+    latest = {leaf: np.ravel(v)[-1] for leaf, v in known.items()}
+    acted = float(evaluate(automatic, latest | stands))
+    selected = min(stands, key=lambda output: abs(stands[output] - acted))
+    return None if selected == c.output else float(command[-1])
+
+
 def _output(
-    c: Controller, layout: Layout, readings: Mapping[str, Vec], known: dict[Term, object], rows: int
+    c: Controller, layout: Layout, readings: Mapping[str, Vec], known: Mapping[Term, Any], rows: int
 ) -> tuple[Vec, NDArray[np.bool_], NDArray[np.bool_]] | None:
     """What the controller's output was by the record, in which rows it is known to be it, and in which it was by hand.
 
     None if nothing tells.
     """
     how, moved, inner = follows(c, layout)
-    for a in sorted(moved, key=lambda a: _at_last_by_hand(a, readings)):
+    for a in sorted(moved, key=lambda a: _by_hand_at_last(a, readings)):
         if a.command not in readings:
             continue
         by_hand = ~np.isnan(readings[a.manual][1:]) if a.manual in readings else np.zeros(rows, dtype=np.bool_)
@@ -65,19 +106,19 @@ def _output(
         command = readings[a.command][1:]
         if how is Follows.BY_HAND:
             return command - evaluate(c.law.beside, known), (command > 0.0) & (command < 1.0), by_hand
-        output = _inverse(a.automatic, c.output, command, known)
+        output = command if how is Follows.SELECTED else _inverse(a.automatic, c.output, command, known)
         return output, _inside(output), by_hand
     for i in inner:
         assert i.setpoint is not None
         used = readings.get(i.given)
-        reading = readings[i.measured][1:]
+        reading = readings[i.measured][1:] - readings.get(f"{i.measured}_err", np.zeros(rows + 1))[1:]
         target = reading if used is None else np.where(np.isnan(used[1:]), reading, used[1:])
         output = _inverse(i.setpoint, c.output, target, known)
         return output, _inside(output), np.zeros(rows, dtype=np.bool_)
     return None
 
 
-def _at_last_by_hand(a: Actuator, readings: Mapping[str, Vec]) -> bool:
+def _by_hand_at_last(a: Actuator, readings: Mapping[str, Vec]) -> bool:
     """Whether the last command of an actuator says nothing of the output that others follow."""
     return a.manual in readings and not np.isnan(readings[a.manual][-1])
 
@@ -87,7 +128,7 @@ def _inside(output: Vec) -> NDArray[np.bool_]:
     return np.asarray((output > 1e-9) & (output < 1.0 - 1e-9))
 
 
-def _inverse(of: Term, output: Term, wanted: Vec, known: dict[Term, object]) -> Vec:
+def _inverse(of: Term, output: Term, wanted: Vec, known: Mapping[Term, Any]) -> Vec:
     """Output from 0 to 1 at which the monotone term ``of`` it is ``wanted``, by bisection, shape of ``wanted``."""
     low, high = np.zeros_like(wanted), np.ones_like(wanted)
     rises = np.mean(evaluate(of, {**known, output: high}) - evaluate(of, {**known, output: low})) >= 0.0

@@ -1,0 +1,112 @@
+"""A record is gone on with as if nothing had happened, whatever stands between controllers, plant and instruments."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from homeostat.process.batch import Batch, simulate
+from homeostat.process.blocks import Flowsheet, Vessel, limited, linear_valve, minimum
+from homeostat.process.blocks.composed import ComposedModel
+from homeostat.process.blocks.term import Term
+from tests.process.blocks.sheets import commanded, composed, row, run
+
+STATED = {
+    "V0": 10.0, "F_in": 0.2, "F_out": 0.2, "tau_V1": 1.0, "tau_V2": 1.0, "tau_V3": 1.0,
+    "Kp_LIC": 0.5, "Ki_LIC": 0.01, "Kp_FIC": 1.0, "Ki_FIC": 0.2,
+}  # fmt: skip
+Build = Callable[[Flowsheet, Vessel], None]
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kernels run as plain Python: a compiler for each of these would take longer than what they do."""
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+
+
+def tank(build: Build) -> ComposedModel:
+    """A tank with an outlet that is commanded from outside; every position is shown."""
+    s = Flowsheet()
+    b = Vessel(s, "B", "L", "V0")
+    s.sensor("L", b.volume)
+    build(s, b)
+    b.draw(linear_valve("F_out", s.actuator("V2").opening))
+    for a in s.actuators.values():
+        s.sensor(f"{a.name}_pos", a.position)
+    return composed(s, STATED)
+
+
+def inlet(s: Flowsheet, b: Vessel, name: str, opening: Term) -> None:
+    f = linear_valve("F_in", opening)
+    if name:
+        s.sensor(name, f)
+    b.feed(f)
+
+
+def override(s: Flowsheet, b: Vessel) -> None:
+    level, flow = s.controller("LIC", "L", acts=-1), s.controller("FIC", "F", acts=-1)
+    inlet(s, b, "F", s.actuator("V1", minimum(level.output, flow.output)).opening)
+
+
+def cascade(s: Flowsheet, b: Vessel) -> None:
+    level = s.controller("LIC", "L", acts=-1)
+    flow = s.controller("FIC", "F", acts=-1, setpoint=level.output * "F_in")
+    inlet(s, b, "F", s.actuator("V1", flow.output).opening)
+
+
+def split(s: Flowsheet, b: Vessel) -> None:
+    out = s.controller("LIC", "L", acts=-1).output
+    inlet(s, b, "", s.actuator("V1", limited(2.0 * out - 1.0, 0.0, 1.0)).opening)
+    b.draw(linear_valve("F_out", s.actuator("V3", limited(1.0 - 2.0 * out, 0.0, 1.0)).opening))
+
+
+@pytest.mark.parametrize(
+    ("build", "given"),
+    [
+        pytest.param(override, {"L_sp": 100.0, "F_sp": 0.05, "V2_cmd": 0.1}, id="the flow controller is selected"),
+        pytest.param(override, {"L_sp": 12.0, "F_sp": 0.19, "V2_cmd": 0.3}, id="the level controller is selected"),
+        pytest.param(override, {"L_sp": 12.0, "F_sp": 0.1, "V2_cmd": 0.3, "V1_man": 0.4}, id="selected by hand"),
+        pytest.param(cascade, {"L_sp": 12.0, "V2_cmd": 0.3}, id="a level sets a flow"),
+        pytest.param(cascade, {"L_sp": 12.0, "F_sp": 0.07, "V2_cmd": 0.3}, id="a flow that a level no longer sets"),
+        pytest.param(split, {"L_sp": 12.0, "V2_cmd": 0.3}, id="the inlet of a split range"),
+        pytest.param(split, {"L_sp": 5.0, "V2_cmd": 0.0}, id="the outlet of a split range"),
+    ],
+)
+@pytest.mark.parametrize("at", [40, 600])
+def test_a_record_is_gone_on_with_without_a_bump(build: Build, given: dict[str, float], at: int) -> None:
+    model, later = tank(build), 20
+    inputs = commanded(model, **given)
+    _, course = run(model, STATED, inputs, at + later)
+    states = np.stack([course[name] for name in model.states], axis=1)
+    record = [model.readings(state, inputs) for state in states[: at + 1]]
+    begun = model.estimate(record[-1])[None]
+    parameters = row(model, STATED)[None]
+    model.resume(begun, {name: np.array([r[name] for r in record]) for name in record[0]}, parameters)
+    commands = [a.command for a in model.flowsheet.actuators.values()]
+    none = np.zeros((1, len(model.faults)))
+    batch = Batch(
+        state=begun, parameters=parameters, severity=none, onset_s=none, inputs=np.tile(inputs, (1, later, 1)),
+        input_of=np.zeros(1, dtype=np.int64), start_s=float(at), steps=later, stride=1,
+        record=tuple(model.states.index(name) for name in commands), seeds=np.array([7]),
+        process_noise=np.zeros(1), sensor_noise=np.zeros(1),
+    )  # fmt: skip
+    with np.errstate(over="ignore"):
+        again = simulate(model.kernel, batch).record[0]
+    for i, name in enumerate(commands):
+        assert again[: later - 1, i] == pytest.approx(course[name][at + 1 :], abs=0.01), name
+
+
+@pytest.mark.parametrize("slow", ["lag", "delay"])
+def test_what_an_instrument_shows_late_is_known_from_it(slow: str) -> None:
+    """A state that no instrument shows at once stands where the late one says, not where a run begins."""
+    s = Flowsheet()
+    level, acid = s.state("V", "L", "V0"), s.state("x", "mol/L", 0.1)
+    s.rate(level, Term("number", value=0.0))
+    s.rate(acid, -0.001 * acid)
+    late = s.lag("probe", acid, "tau_probe") if slow == "lag" else s.delay("probe", acid, 5.0)
+    s.sensor("L", level)
+    s.sensor("C", 2.0 * late)
+    model = composed(s, {"V0": 10.0, "tau_probe": 8.0})
+    state = dict(zip(model.states, model.estimate({"L": 12.0, "C": 0.06}).tolist(), strict=True))
+    assert state["V"] == pytest.approx(12.0) and state["x"] == pytest.approx(0.03)
+    assert state["probe" if slow == "lag" else "probe_0"] == pytest.approx(0.03)
