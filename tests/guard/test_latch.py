@@ -10,8 +10,9 @@ import pytest
 
 from homeostat.domain.events.people import AlarmRaised
 from homeostat.domain.events.trips import FallbackActivated, FallbackSkipped, FallbackStands, Shed, Tripped
+from homeostat.domain.observation import Arm
 from homeostat.domain.plant.rules import TripRule
-from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy, Step
+from homeostat.domain.recovery import ActionSet, Command, Effect, FallbackStrategy, Step
 from homeostat.guard.settings import GuardSettings
 from tests.guard.vessel import CLOSE, DRAIN, MACHINE, RULES, TRIPS, Vessel, World, awaited, running
 
@@ -239,3 +240,28 @@ def test_a_plant_that_gives_no_lease_is_an_alarm_and_the_fallback_tries_again() 
     vessel.keeps = vessel.ignores = False
     world.tick(20)
     assert world.guard._latch.standing and "shed" not in world.alarms
+
+
+SERVING = (
+    replace(CLOSE, name="close", serves={"LIM-FULL": Effect(60.0)}),
+    replace(DRAIN, name="drain", serves={"LIM-HOT": Effect(60.0)}),
+)
+
+
+@pytest.mark.parametrize("order", [SERVING, SERVING[::-1]])
+@pytest.mark.parametrize(("tag", "begins", "step", "expected"), [("L", 14.0, 0.0, "close"), ("T", 305.0, 0.3, "drain")])
+def test_without_an_armed_strategy_one_that_brings_the_violated_limit_back_acts_first(
+    order: tuple[FallbackStrategy, ...], tag: str, begins: float, step: float, expected: str
+) -> None:
+    world = running(rules=with_fallbacks(*order))
+    for k in range(60):
+        world.tick(1, **{tag: begins + step * k})
+    assert acted(world)[:1] == [expected]
+
+
+def test_the_armed_strategy_acts_first_whatever_is_violated() -> None:
+    world = running(rules=with_fallbacks(*SERVING))
+    world.guard.mailbox.put(Arm(("drain",), None))
+    world.tick(1)
+    world.tick(3, L=14.0)
+    assert acted(world)[:1] == ["drain"]

@@ -27,6 +27,8 @@ class Fallbacks:
         """In the order of the tables until somebody ranks them."""
         self._rules = rules
         self._ranked = rules.fallbacks
+        self.armed = ""
+        """The strategy that whoever ranked them wants first; empty where nobody did."""
         self._taken = frozenset[str]()
         self._first = ""
         self.spent: frozenset[str] = frozenset()
@@ -55,6 +57,7 @@ class Fallbacks:
         known = {s.name: s for s in self._rules.fallbacks}
         first = tuple(known[name] for name in dict.fromkeys(names) if name in known)
         self._ranked = (*first, *(s for s in self._rules.fallbacks if s not in first))
+        self.armed = first[0].name if first else ""
         return first
 
     def begin(self, first: str = "", tried: frozenset[str] = frozenset()) -> None:

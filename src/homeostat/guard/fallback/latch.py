@@ -53,12 +53,12 @@ class Latch:
         return self.reason is not None and not self.standing and not self._parts.tenure.held
 
     def activate(self, reason: str, now_s: float, readings: Snapshot | None, violated: frozenset[str]) -> None:
-        """Latch and have the first strategy act now, whatever is under way."""
+        """Latch and act now, whatever is under way: by the armed strategy, or one that serves what is violated."""
         if self.reason is not None:
             return
         self.reason = reason
         self._parts.alarms.raise_("latched", reason, Priority.CRITICAL, now_s)
-        self.fallbacks.begin(next((s.name for s in self.fallbacks.ranked), ""))
+        self.fallbacks.begin(self.fallbacks.armed)
         self._act(now_s, readings, violated)
         self._parts.note(Latched(reason), now_s)
 
