@@ -13,6 +13,7 @@ from homeostat.evaluate.lint.deep.contract import interface, repetition
 from homeostat.evaluate.lint.deep.fault_free import fault_free, healthy_symptoms
 from homeostat.evaluate.lint.deep.faults import Outlook, faults
 from homeostat.evaluate.lint.deep.following import following
+from homeostat.evaluate.lint.deep.integration import integration
 from homeostat.evaluate.lint.deep.loops import loops
 from homeostat.evaluate.lint.deep.numbers import numbers
 from homeostat.evaluate.lint.deep.rules import rules
@@ -49,6 +50,7 @@ DEEP: Final = (
     *LOADING,
     "interface",
     "repetition",
+    "integration",
     "fault-free",
     "following",
     "balances",
@@ -66,6 +68,7 @@ _EVERY: Final = (
     Check("model", _fits, patient=True, others_rely=True),
     Check("interface", interface, patient=True, others_rely=True),
     Check("repetition", repetition, others_rely=True),
+    Check("integration", integration, others_rely=True),
     Check("fault-free", fault_free),
     Check("following", following),
     Check("balances", balances),

@@ -66,8 +66,19 @@ def _findings(bench: Bench) -> Iterator[Finding]:
             yield from _resumed(bench, moment)
 
 
-def moments(bench: Bench) -> Iterator[Moment]:
+def moments(bench: Bench) -> tuple[Moment, ...]:
     """Some moments of the quiet course, with the true states."""
+    whole, states = recorded(bench)
+    rows = [int(share * (whole.length - 2)) for share in LOOKS]
+    return tuple(Moment(row, _part(whole, 0, row + 1), states[row]) for row in rows)
+
+
+def recorded(bench: Bench) -> tuple[Window, Table]:
+    """All that was read in the quiet course, and its true states, shape (ticks, states)."""
+    return bench.kept("recorded", lambda: _recorded(bench))
+
+
+def _recorded(bench: Bench) -> tuple[Window, Table]:
     plant, course = bench.plant, bench.quiet
     history = History(
         plant.description.variables,
@@ -79,10 +90,8 @@ def moments(bench: Bench) -> Iterator[Moment]:
     for snapshot in course.seen:
         history.append(snapshot)
     whole = history.whole
-    states = simulate(plant.model.kernel, batch_of(bench, whole, plant.model.initial_state(bench.nominal))).record[0]
-    for share in LOOKS:
-        row = int(share * (whole.length - 2))
-        yield Moment(row, _part(whole, 0, row + 1), states[row])
+    begun = plant.model.initial_state(bench.nominal)
+    return whole, simulate(plant.model.kernel, batch_of(bench, whole, begun)).record[0]
 
 
 def batch_of(bench: Bench, window: Window, state: Vec, start_s: float = 0.0) -> Batch:
