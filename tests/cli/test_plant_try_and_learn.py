@@ -30,7 +30,8 @@ def test_a_fault_that_nobody_answers_shows_what_it_violates(tmp_path: Path) -> N
 
 
 def test_a_plant_that_never_starts_is_not_well(tmp_path: Path) -> None:
-    done = homeostat("plant", "try", "cstr", "--end", "100", cwd=tmp_path)
+    done = homeostat("plant", "try", "cstr", "--end", "100", "--out", "seen", cwd=tmp_path)
+    assert (tmp_path / "seen.png").read_bytes().startswith(PNG)
     assert done.status == 1 and "never holds in 100 s" in done.out and "violated" not in done.out
 
 

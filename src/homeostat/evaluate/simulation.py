@@ -61,7 +61,8 @@ def run(
     try:
         done = runner.run(plant, chosen, trace, thinking.clock(), Proposing(language), archive=archive, started=started)
     except ProcessError as broke:
-        raise ScenarioError(f"{broke}: nothing can be simulated from there on; disturb it less") from None
+        remedy = "disturb it less, or let its equations hold where it came to ('homeostat plant check --deep')"
+        raise ScenarioError(f"{broke}: nothing can be simulated from there on; {remedy}") from None
     trace.record(RunFinished(done.outcome.value, done.reason, done.wall_s), chosen.end_s)
     return replace(done, texts=archive)
 

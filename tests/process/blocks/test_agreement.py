@@ -110,7 +110,7 @@ def broken(of: Callable[[Flowsheet, Vessel], object]) -> Callable[[], object]:
     [
         (lambda s, b: s.state("x", "L", 0.0), "state x has no rate"),
         (lambda s, b: s.rate(b.volume, b.volume), "stated twice"),
-        (lambda s, b: s.sensor("L", b.volume), "there twice"),
+        (lambda s, b: s.sensor("L", b.volume), "there already as a sensor"),
         (lambda s, b: s.sensor("V_position", s.actuator("V").position), "column of two parts"),
         (lambda s, b: s.sensor("L 2", b.volume), "no name"),
         (lambda s, b: s.loop("LIC", measured="M", drives="V", acts=1), "no sensor shows"),
@@ -120,6 +120,8 @@ def broken(of: Callable[[Flowsheet, Vessel], object]) -> Callable[[], object]:
         (lambda s, b: s.delay("d", b.volume, 0), "more than 0 s"),
         (lambda s, b: s.delay("d", b.volume, 601), "more than 600 ticks of 1 s"),
         (lambda s, b: s.actuator("V", start=2.0), "within 0 and 1"),
+        (lambda s, b: s.actuator("B_V"), "'B_V' is there already as a state; give each part a name of its own"),
+        (lambda s, b: (s.actuator("P"), s.sensor("P", b.volume)), "'P' is there already as an actuator"),
         (lambda s, b: s.actuator("V", lags=("a", "b", "c")), "one or two"),
         (lambda s, b: b.feed(linear_valve("F", 1.0), A=1.0), "holds no 'A'"),
         (lambda s, b: b.react(b.volume, A=-1.0), "holds no 'A'"),

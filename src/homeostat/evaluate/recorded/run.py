@@ -82,7 +82,8 @@ def record_run(
     except ProcessError as broke:
         directory.record(RunFinished(BROKEN, str(broke)), seen.at_s)
         directory.close(Summary(scenario.seed, BROKEN, plant.configuration))
-        raise ScenarioError(f"{broke}: nothing can be simulated from there on; disturb it less") from None
+        remedy = "disturb it less, or let its equations hold where it came to ('homeostat plant check --deep')"
+        raise ScenarioError(f"{broke}: nothing can be simulated from there on; {remedy}") from None
     except KeyboardInterrupt:
         directory.record(RunFinished(INTERRUPTED, "stopped from outside"), seen.at_s)
         directory.close(Summary(scenario.seed, INTERRUPTED, plant.configuration))

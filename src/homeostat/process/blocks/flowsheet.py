@@ -340,9 +340,18 @@ class Flowsheet:
         self._check(name, self._names)
         self._names.add(name)
 
+    def _known_as(self, name: str) -> str:
+        """What ``name`` is in messages; empty where it is none of the parts that have a name of their own."""
+        kinds: dict[str, Container[str]] = {
+            "a state": self.states, "an actuator": self.actuators, "a controller": self.controllers,
+            "a lag, dead time or network": self.lags, "a memory": self.memories, "a disturbance": self.disturbances,
+            "a sensor": self.sensors, "a quantity": self.quantities, "a fault": self.faults,
+        }  # fmt: skip
+        return next((f" as {kind}" for kind, parts in kinds.items() if name in parts), "")
+
     def _check(self, name: str, taken: Container[str]) -> None:
         """Refuse a name that is no name, or that something of its kind has."""
         if not _NAME.fullmatch(name):
             raise FlowsheetError(f"{name!r:.60} is no name; write letters, digits and _, beginning with a letter")
         if name in taken:
-            raise FlowsheetError(f"{name!r} is there twice; give each part a name of its own")
+            raise FlowsheetError(f"{name!r} is there already{self._known_as(name)}; give each part a name of its own")

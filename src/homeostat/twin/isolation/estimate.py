@@ -210,6 +210,9 @@ class Estimation:
             tried.append((mode, np.repeat(sizes, len(rows)), np.tile(rows, 2)))
         found = []
         for each, scores in zip(leaders, self._scores(tried), strict=True):
+            if not np.isfinite(each.score):  # it breaks the twin itself, and nothing beside it says how certain it is
+                found.append(each)
+                continue
             lost = np.maximum(each.score - scores.reshape(2, -1).max(axis=1), 1e-9)
             found.append(replace(each, sd=each.sd * min(1.0, float(np.sqrt(TWO_SD_NATS / lost.min())))))
         return found

@@ -24,6 +24,7 @@ def carry_out(options: argparse.Namespace) -> int:
     except ProcessError as broke:
         raise UsageError(f"plant {plant.name!r} cannot be simulated: {broke}") from None
     path: Path = options.out or Path(f"{plant.name}-{chosen.fault}-{chosen.seed}.png")
+    path = path if path.suffix else path.with_name(f"{path.name}.png")
     write_whole(path, draw(tried))
     for line in _told(tried):
         print(printable(line))

@@ -14,6 +14,7 @@ from homeostat.domain.recovery import Step
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.contract import module_file
 from homeostat.evaluate.lint.deep.course import Course
+from homeostat.evaluate.lint.deep.settings import of_settings
 from homeostat.evaluate.lint.deep.symptoms import first_symptoms
 from homeostat.evaluate.lint.finding import Finding, Place, Severity, amount
 from homeostat.guard.requests.permissives import permissive_findings
@@ -35,6 +36,7 @@ def fault_free(bench: Bench) -> Iterator[Finding]:
             if str(finding.where) not in seen:
                 seen.add(str(finding.where))
                 yield finding
+    yield from of_settings(bench)
 
 
 def _courses(bench: Bench) -> Iterator[Course]:

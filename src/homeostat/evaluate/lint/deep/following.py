@@ -188,7 +188,8 @@ def _replayed(bench: Bench, moment: Moment) -> Iterator[Finding]:
 
 _FOLLOW: Final = (
     "let estimate and replay_inputs follow what was recorded; where levels or temperatures move all the time, as in a "
-    "batch, begin it with one reading (settle_rows = 1 in [twin])"
+    "batch, begin it with one reading (settle_rows = 1 in [twin]); of a flowsheet, whose replay is generated, state "
+    "the error that its reading may have there (engineering/instruments.csv, or errors in [twin])"
 )
 
 

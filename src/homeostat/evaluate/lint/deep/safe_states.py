@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Final, NamedTuple
 
@@ -215,8 +216,23 @@ def _fails(bench: Bench, asked: _Asked, strategy: FallbackStrategy) -> _Failure 
             still = course.outside(asked.limit) & course.after(stands_s)
             back_s = None if still[-1] else float(course.truth.times_s[still][-1]) - stands_s if still.any() else 0.0
             rest = f", and rest = {amount(effect.rest, asked.limit.formula.unit)} is what may stay"
-            return _Failure(asked.fault.name, failure[1].removesuffix(f": {_SHORT}") + rest, back_s)
+            why = failure[1].removesuffix(f": {_SHORT}") + rest + _ramps(bench, course, strategy, effect.acts_within_s)
+            return _Failure(asked.fault.name, why, back_s)
     return None
+
+
+def _ramps(bench: Bench, course: Course, strategy: FallbackStrategy, within_s: float) -> str:
+    """What of ``strategy`` is still on its way when it has to have helped, and how fast it goes; empty for nothing."""
+    told, row = [], int(np.searchsorted(course.truth.times_s, course.acted_s))
+    for command in strategy.actions.commands:
+        tag, began = bench.plant.description.tag(command.tag), float(course.true(command.tag)[row])
+        if command.value is None or command.rate is None or not math.isfinite(began):
+            continue
+        takes_s = abs(command.value - began) / command.rate
+        if takes_s > 0.5 * within_s:
+            told.append(f"{command.tag!r} takes {takes_s:.4g} s at its rate, {amount(command.rate, tag.unit + '/s')}")
+    said = "; ".join(told)
+    return f"; {said}: state a higher rate, and in writables.csv as fastest what the equipment permits" if told else ""
 
 
 _SHORT: Final = "violated"
