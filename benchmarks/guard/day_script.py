@@ -12,9 +12,8 @@ from homeostat.domain.events.guard import QualityChanged
 from homeostat.domain.events.people import AlarmRaised, ServiceChanged
 from homeostat.domain.events.trips import FallbackSkipped, FallbackStands, Shed, Tripped
 from homeostat.domain.events.writes import Cause, WriteIntended
-from homeostat.domain.plant.rules import GuardRules
+from homeostat.domain.plant.rules import SIGMAS, GuardRules
 from homeostat.domain.ports import GuardEvent
-from homeostat.guard.watch.jumps import SIGMAS
 from tests.equipment.links.misbehaving.link import ByHand, Misbehaviour
 from tests.equipment.links.misbehaving.readings import ALL, Freeze, Lie, NotANumber, Silence
 from tests.equipment.links.misbehaving.writes import Disobedient

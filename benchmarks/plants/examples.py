@@ -17,7 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.host import ROOT, commit, measured_on
-from benchmarks.plants.__main__ import TITLE
+from benchmarks.plants.__main__ import TITLE as MISTAKES
+from benchmarks.plants.adopted import TITLE as ADOPTED
 from benchmarks.plants.kernels import MEMBERS, SECONDS, compared
 from benchmarks.plants.page import PAGE, section
 from homeostat.domain.outcome import Outcome
@@ -64,9 +65,9 @@ The reactor put together from blocks (`benchmarks/plants/kernels.py`) beside the
 members over {seconds} s on one thread, with noise, in turns, medians. Hand-written {hand:.2f} s, from blocks
 {blocks:.2f} s: {ratio:.2f} times as long; asked for: at most 1.3.
 
-{mistakes}## Not measured yet
+{others}## Not measured yet
 
-The shipped plants on blocks, and causes that a person named.
+The shipped plants on blocks.
 
 """
 
@@ -141,7 +142,7 @@ def main(names: Sequence[str]) -> None:
         return
     beside = compared()
     told += KERNELS.format(
-        mistakes=section(PAGE.read_text("utf-8"), TITLE),
+        others="".join(section(PAGE.read_text("utf-8"), title) for title in (MISTAKES, ADOPTED)),
         members=MEMBERS,
         seconds=SECONDS,
         hand=beside.hand_written_s,

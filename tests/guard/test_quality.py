@@ -9,10 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from homeostat.domain.plant.rules import QualityRule
+from homeostat.domain.plant.rules import SIGMAS, QualityRule
 from homeostat.domain.plant.tag import Range, Role, Tag
 from homeostat.domain.snapshot import Quality, Snapshot
-from homeostat.guard.watch.jumps import SIGMAS
 from homeostat.guard.watch.quality import QualityWatch
 from tests.guard.vessel import TAGS
 

@@ -14,7 +14,7 @@ from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.outcome import Outcome
 from homeostat.evaluate.lint.deep.course import Course, Setting, run
 from homeostat.evaluate.runner import run as supervised
-from homeostat.evaluate.scenario import Fault, scenario_of
+from homeostat.evaluate.scenario import Fault, ScenarioError, departing, scenario_of
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.plant import load_plant
 from homeostat.plants.teaching.learning import learned
@@ -119,6 +119,15 @@ def test_the_air_is_as_lean_as_its_analyser_says(tmp_path: Path) -> None:
     by_hand = {"P1": 9.0, "P2": 6.0, "A1": 0.17, "F2": supply, "F5": 6.0 - supply, "J1": 0.8 * supply * 9.0}
     opened = {"C1.pos": supply / 12.0, "V1.pos": supply / (8.0 * math.sqrt(3.0)), "V3.pos": 0.0}
     at_last(course("instrument_air", tmp_path, 1500.0), by_hand | opened | {"V4.pos": 1.0 / math.sqrt(6.0)})
+
+
+def test_a_setpoint_that_a_controller_sets_is_nobodys_to_disturb(tmp_path: Path) -> None:
+    """Its reading has no value that anything could be added to: the run would say that nothing happened."""
+    plant = load_plant(str(copied("instrument_air", tmp_path)), learned=False, kept=False)
+    chosen = scenario_of(plant, (), 1, None)
+    assert departing(plant, chosen, ("A1.sp - 0.02 from 1500",)).disturbances
+    with pytest.raises(ScenarioError, match=r"no parameter or commanded tag 'F5\.sp'"):
+        departing(plant, chosen, ("F5.sp + 0.1 from 1500",))
 
 
 @pytest.mark.wide

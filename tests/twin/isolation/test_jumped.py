@@ -48,6 +48,15 @@ def test_wild_readings_are_none(wild: int) -> None:
     assert found(readings) == frozenset()
 
 
+@pytest.mark.parametrize("wild", [1, 4, 9])
+def test_what_is_wild_at_an_end_of_the_window_is_none_either(wild: int) -> None:
+    """At a look nobody knows yet whether the last readings last."""
+    last, first = course(), course()
+    last[-wild:] += 15.0
+    first[:wild] += 15.0
+    assert found(last) == found(first) == frozenset()
+
+
 def test_readings_that_were_not_there_are_not_judged() -> None:
     rows = range(60, 66)
     readings = course() + np.where(np.arange(LENGTH) >= 66, 10.0, 0.0)

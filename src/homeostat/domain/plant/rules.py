@@ -1,5 +1,6 @@
 """What the guard knows of a plant: read from the engineering tables, never from a twin."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -10,6 +11,9 @@ from homeostat.domain.plant.tag import Tag
 from homeostat.domain.plant.timing import REFERENCE, Timing
 from homeostat.domain.recovery import FallbackStrategy, Step
 from homeostat.stl.formula import Expression, Formula
+
+SIGMAS = 4.5 * math.sqrt(2.0)
+"""Noise of a difference of two readings that is not taken for a step [standard deviations of one reading]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +32,13 @@ class QualityRule:
     """Fastest change that the process can make, in the tag's unit per second; None where no step is too fast."""
     grace_s: float = 0.0
     """After a step that is too fast, how long the reading is uncertain before it counts again [s]."""
+
+    def most_change(self, after_s: float) -> float:
+        """By how much two readings that are ``after_s`` [s] apart differ at most, noise included, in the tag's unit.
+
+        Infinite where no step is too fast.
+        """
+        return math.inf if self.fastest is None else self.fastest * after_s + SIGMAS * (self.noise or 0.0)
 
 
 @dataclass(frozen=True, slots=True)

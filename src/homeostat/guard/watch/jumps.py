@@ -13,9 +13,6 @@ from dataclasses import dataclass, field
 
 from homeostat.domain.plant.rules import QualityRule
 
-SIGMAS = 4.5 * math.sqrt(2.0)
-"""Noise of a difference of two readings that is not taken for a step [standard deviations of one reading]."""
-
 UNSURE = 2.0 * math.sqrt(2.0)
 """By how much more a reading may have jumped than the two readings say [standard deviations of one reading]."""
 
@@ -28,8 +25,7 @@ def steps(rule: QualityRule, difference: float, after_s: float, scatter: float =
 
     ``scatter``: by how much it has differed from itself besides, in the unit of its tag.
     """
-    most = rule.fastest
-    return most is not None and abs(difference) > most * after_s + SIGMAS * (rule.noise or 0.0) + scatter
+    return abs(difference) > rule.most_change(after_s) + scatter
 
 
 @dataclass(slots=True)

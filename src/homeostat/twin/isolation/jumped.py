@@ -15,10 +15,8 @@ from homeostat.domain.plant.rules import QualityRule
 from homeostat.process.types import Flags, Vec
 from homeostat.twin.history import Window
 
-SIGMAS: Final = 4.5 * math.sqrt(2.0)
-"""Noise of a difference of two readings that is not taken for a jump [standard deviations of one reading]."""
 BESIDE: Final = 10
-"""Readings on either side of a jump whose medians say whether it lasts."""
+"""Readings on either side of a jump whose medians say whether it lasts: a few wild ones, also the last, are none."""
 
 
 def jumped(window: Window, description: PlantDescription, predicted: Collection[str]) -> frozenset[str]:
@@ -39,12 +37,10 @@ def _jumps(readings: Vec, known: Flags, rule: QualityRule, tick_s: float) -> boo
     """Whether any step between two readings in a row that are ``known`` is too fast, and lasts."""
     rows = np.flatnonzero(known)
     values = readings[rows]
-    if rule.fastest is None or len(values) < 2:
-        return False
-    steps = np.diff(values)
-    most = rule.fastest * tick_s * np.diff(rows) + SIGMAS * (rule.noise or 0.0)
-    for k in np.flatnonzero(np.abs(steps) > most).tolist():
-        before, after = values[max(k + 1 - BESIDE, 0) : k + 1], values[k + 1 : k + 1 + BESIDE]
-        if (float(np.median(after)) - float(np.median(before))) * math.copysign(1.0, steps[k]) > most[k]:
-            return True
+    for k in range(BESIDE, len(values) - BESIDE + 1):
+        most, step = rule.most_change(tick_s * float(rows[k] - rows[k - 1])), values[k] - values[k - 1]
+        if abs(step) > most:
+            lasting = float(np.median(values[k : k + BESIDE]) - np.median(values[k - BESIDE : k]))
+            if math.copysign(lasting, lasting * step) > most:
+                return True
     return False

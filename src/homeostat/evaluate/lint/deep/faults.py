@@ -27,6 +27,10 @@ TICKS: Final = 60
 """For how many ticks it is tried whether a fault does anything."""
 ALIKE: Final = 1.0
 """Standard deviations of noise by which the courses of two faults differ that nobody tells apart [1]."""
+_UNSEEN: Final = (
+    "lower the threshold (symptoms.csv), state a symptom that shows it, or leave out a fault that does not matter "
+    "(omitted.csv)"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,12 +150,6 @@ def _noticed(bench: Bench, fault: FaultMode, shown: dict[str, Shown]) -> Iterato
         )
         place = bench.places.row("faults", id=fault.name)
         yield Finding(Severity.ERROR, "faults", place, what, _UNSEEN)
-
-
-_UNSEEN: Final = (
-    "lower the threshold (symptoms.csv), state a symptom that shows it, or leave out a fault that does not matter "
-    "(omitted.csv)"
-)
 
 
 def _outlook(bench: Bench, fault: FaultMode, shown: dict[str, Shown], alike: tuple[str, ...]) -> Outlook:
