@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from homeostat.domain.snapshot import Snapshot
@@ -279,6 +279,7 @@ def test_a_controller_that_works_every_third_second_breaks_no_law_and_one_that_s
     length=st.integers(1, 200),
     unknown=st.lists(st.tuples(st.integers(0, 60), st.integers(0, 399)), max_size=6),
 )
+@example(name=REACTOR, first=0, length=22, unknown=[(1, 0)])  # a setpoint that nobody reads is no inner one
 def test_no_window_is_too_short_or_too_full_of_holes(
     name: str, first: int, length: int, unknown: list[tuple[int, int]]
 ) -> None:

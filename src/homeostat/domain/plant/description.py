@@ -195,6 +195,11 @@ class PlantDescription:
         return {s.tag.name: driven[s.component] for s in manual if s.component in driven}
 
     @property
+    def moved(self) -> frozenset[str]:
+        """Tags that controllers move: actuators' commands and, of a cascade, the setpoints of the inner loops."""
+        return frozenset(loop.manipulated_variable for loop in self.loops)
+
+    @property
     def positions(self) -> dict[str, str]:
         """Actuator -> tag that shows where it stands: what a sensor measures that is a part of it."""
         within = {c.name: c.part_of for c in self.components}

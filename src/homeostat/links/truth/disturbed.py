@@ -32,9 +32,8 @@ class Targets:
         variables = plant.variables
         self._readings = {tag: v for tag, v in variables.items() if v in departures.instruments}
         self._actuators = tuple(departures.actuators)
-        moved = {loop.manipulated_variable for loop in plant.loops}  # of a cascade also the inner setpoint
         given = [s for s in plant.signals if s.variable in model.inputs and s.relation is not Relation.OVERRIDES]
-        commanded = [s for s in given if s.tag.name not in moved]
+        commanded = [s for s in given if s.tag.name not in plant.moved]
         self.inputs = {s.tag.name: model.inputs.index(s.variable) for s in commanded if s.tag.role is Role.MV}
         """Tag of a command that reaches the plant directly -> its input."""
         self.setpoints = tuple(s.tag.name for s in commanded if s.tag.role is Role.SP)

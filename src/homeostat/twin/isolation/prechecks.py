@@ -294,7 +294,7 @@ def broken_laws(window: Window, description: PlantDescription, model: ProcessMod
 def _unbroken(window: Window, description: PlantDescription, model: ProcessModel) -> Indices:
     """Rows among the last that can be judged: their own readings and those of the two rows before are known."""
     clean = np.ones(window.length, dtype=bool)
-    inner = {description.variables[loop.setpoint] for loop in description.loops if _is_inner(window, description, loop)}
+    inner = {description.variables[loop.setpoint] for loop in description.loops if loop.setpoint in description.moved}
     for variable in window.readings.keys() & {*model.shown, *model.inputs}:
         if variable in window.held:
             clean &= ~window.held[variable]
@@ -302,12 +302,6 @@ def _unbroken(window: Window, description: PlantDescription, model: ProcessModel
             clean &= np.isfinite(window.readings[variable])
     rows = np.arange(max(2, window.length - LOOKED_AT), window.length)
     return np.asarray(rows[clean[rows] & clean[rows - 1] & clean[rows - 2]])
-
-
-def _is_inner(window: Window, description: PlantDescription, loop: ControlLoop) -> bool:
-    """Whether another controller sets a loop's setpoint: it has none from outside."""
-    given = window.readings.get(description.variables[loop.setpoint])
-    return given is None or not np.isfinite(given).any()
 
 
 def _broken(
