@@ -35,6 +35,8 @@ class Stream(StrEnum):
     """Disturbances and sensor noise of the twin's rollouts, one child for each of its other streams."""
     RULES_REACH = "rules/reach"
     """Where the search for values that violate a rule begins."""
+    LINT_COMMANDS = "lint/commands"
+    """Commands under which a check of a plant looks at its flowsheet."""
     STUDY_SCENARIO = "study/scenario"
     """Faults, severities and onsets that a study leaves to chance, one child for each scenario's name."""
     STUDY_BOOTSTRAP = "study/bootstrap"

@@ -17,6 +17,7 @@ from homeostat.evaluate.lint.finding import Finding, Place, Severity
 from homeostat.process.batch import BatchRun
 from homeostat.process.blocks.composed import ComposedModel
 from homeostat.process.blocks.stiffness import Motion
+from homeostat.process.seeds import Stream, generator
 from homeostat.process.types import Table
 
 MEMBERS: Final = 16
@@ -117,7 +118,7 @@ def _at_bounds(bench: Bench, state: State) -> Iterator[tuple[str, Table, Table]]
     last, d = moments(bench)[-1], bench.plant.description
     stride = max(1, d.timing.ticks(plant.twin.horizon_s) // LOOKS)
     steps = stride * LOOKS
-    draws, usual = np.random.default_rng(7), last.window.inputs[-1]
+    draws, usual = generator(0, Stream.LINT_COMMANDS), last.window.inputs[-1]
     inputs = np.tile(usual, (MEMBERS, steps, 1))
     for setpoint in state.setpoints:
         at = model.inputs.index(d.variables[setpoint.tag])
