@@ -55,11 +55,26 @@ def test_the_design_rate_is_where_the_loop_of_the_throughput_holds_it() -> None:
 
 
 def test_errors_are_those_of_the_instruments() -> None:
-    twin = read(without("twin.errors", "=corrected")).twin
+    twin = read(without("twin.errors", "=corrected", "=ignored")).twin
     measured = {"T1", "L1", "F1", "F2", "F3", "T2", "T3", "V1_zt", "P1_zt", "V2_zt"}
     assert twin.errors.keys() == measured and twin.corrected == ["L1", "T1"]
     assert twin.errors["T1"] == [0.5, 0.25] and twin.errors["L1"] == [0.01, 0.02]
     assert twin.errors["F1"] == pytest.approx([0.02 * 0.03333, 0.01 * 0.03333], rel=1e-3), "relative to the design"
+
+
+def test_who_states_one_error_leaves_the_others_to_the_tables() -> None:
+    follows = read(without("twin.errors", "=ignored")).twin.errors
+    twin = read(without("twin.errors", "=ignored") + "\n[twin.errors]\nL1 = [0.03, 0.5]\n").twin
+    assert twin.errors == follows | {"L1": [0.03, 0.5]} and follows["L1"] != [0.03, 0.5]
+
+
+def test_what_is_ignored_has_no_error() -> None:
+    twin = read(without("twin.errors")).twin
+    assert twin.ignored == ["T2", "T3"] and not {"T2", "T3"} & twin.errors.keys() and "T1" in twin.errors
+    with pytest.raises(PlantError, match="twin, ignored: 'T1' has an entry in errors; leave out one of them"):
+        refuse_misnamed("some", read(TEXT.replace('"T2", "T3"', '"T1", "T2", "T3"')), reactor())
+    with pytest.raises(PlantError, match="twin, ignored: the plant has no variable 'T9'"):
+        refuse_misnamed("some", read(TEXT.replace('"T2", "T3"', '"T2", "T3", "T9"')), reactor())
 
 
 def test_a_figure_shows_every_loop_with_its_limits_and_where_actuators_stand() -> None:

@@ -110,6 +110,9 @@ class _Check:
         twin = settings.twin
         measured = {s.variable: s.tag for s in self.plant.signals}
         self.known("twin, errors", "variable", twin.errors, measured)
+        self.known("twin, ignored", "variable", twin.ignored, measured)
+        if both := sorted({*twin.ignored} & {*twin.errors}):
+            raise PlantError(f"{self.where}: twin, ignored: {both[0]!r} has an entry in errors; leave out one of them")
         self.known("twin, corrected", "variable with an entry in errors", twin.corrected, twin.errors)
         widest = max(t.range.span for t in self.plant.tags if t.role is Role.PV)
         for name, deviation in twin.initial.items():

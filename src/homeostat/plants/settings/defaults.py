@@ -10,7 +10,7 @@ from homeostat.domain.plant.tag import Role, Tag
 from homeostat.knowledge.checks.intervals import bounds
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.folder import SETTINGS
-from homeostat.plants.settings.settings import FigureTable, Settings, with_times
+from homeostat.plants.settings.settings import FigureTable, Settings, TwinTable, with_times
 from homeostat.stl.formula import Formula
 
 LEAST_NOISE: Final = 0.1
@@ -32,7 +32,7 @@ def completed(name: str, settings: Settings, plant: PlantDescription) -> Setting
     first = None if way is None else plant.machine.state(way.target)
     answers = _Answers(where, settings.objective.throughput, plant, first)
     rate = settings.objective.design_rate or answers.design_rate()
-    errors = twin.errors or answers.errors()
+    errors = answers.errors(twin)
     filled = {
         "run": run,
         "objective": settings.objective.model_copy(update={"design_rate": rate}),
@@ -86,10 +86,11 @@ class _Answers:
             _refuse(self.where, "objective", "design_rate", why)
         return rate
 
-    def errors(self) -> dict[str, list[float]]:
-        """Noise of every instrument, and its calibration error or half its noise, which the model may be wrong by."""
+    def errors(self, twin: TwinTable) -> dict[str, list[float]]:
+        """What is stated; of every other instrument its noise, and its calibration error or half its noise."""
+        stated = {*twin.errors, *twin.ignored}
         measured = [signal for signal in self.plant.signals if signal.relation is Relation.MEASURES]
-        found = {signal.variable: self._error(signal) for signal in measured}
+        found = twin.errors | {s.variable: self._error(s) for s in measured if s.variable not in stated}
         if not found:
             _refuse(self.where, "twin", "errors", "no tag is measured")
         return found

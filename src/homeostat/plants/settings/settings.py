@@ -141,10 +141,12 @@ class BalanceTable(Table):
 class TwinTable(Table):
     """``[twin]``: how the twin is judged and used; what the keys mean stands at `TwinSettings`.
 
-    Errors, and what is corrected, may be left out: see `homeostat.plants.settings.defaults`.
+    Errors that are not stated, and what is corrected, follow: see `homeostat.plants.settings.defaults`.
     """
 
     errors: Annotated[dict[Name, Annotated[list[Deviation], Len(2, 2)]], Len(1)] = {}
+    ignored: list[Name] = []
+    """Variables whose readings speak neither for nor against a fault, such as what the model takes as it is read."""
     corrected: Annotated[list[Name], Len(1)] = []
     initial: Annotated[dict[Name, Deviation], Len(1)]
     gain_error: Fraction
@@ -195,7 +197,8 @@ class TwinTable(Table):
     def settings(self) -> TwinSettings:
         """As the twin takes them."""
         errors = {name: (noise, model) for name, (noise, model) in self.errors.items()}
-        own = {name: value for name, value in self.given().items() if name != "balances"}  # those name tags
+        others = ("balances", "ignored")  # those name tags, and what has no error
+        own = {name: value for name, value in self.given().items() if name not in others}
         return TwinSettings(**{**own, "errors": errors, "corrected": tuple(self.corrected)})
 
 
