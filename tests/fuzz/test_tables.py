@@ -105,6 +105,8 @@ def edited(folder: Path, data: st.DataObject, edits: int) -> None:
     for _ in range(edits):
         path = folder / "engineering" / f"{data.draw(st.sampled_from(sorted(SCHEMAS)))}.csv"
         table = read(path)
+        if not table:  # an edit before this one took its only row
+            continue
         row = data.draw(st.integers(min(1, len(table) - 1), len(table) - 1) | st.integers(0, len(table) - 1))
         column = data.draw(st.integers(0, len(table[row]) - 1)) if table[row] else 0
         match data.draw(st.sampled_from(("cell", "cell", "cell", "other", "twice", "lost", "ragged"))):
