@@ -215,5 +215,6 @@ def test_every_format_says_the_same(tmp_path: Path) -> None:
 
 def test_an_export_that_cannot_be_written(tmp_path: Path) -> None:
     refused(homeostat("graph", "export", "cstr", "--out", "none/plant.ttl", cwd=tmp_path), "'none/plant.ttl'")
+    refused(homeostat("graph", "export", "cstr", "--out", ".", cwd=tmp_path), "'.' cannot be written: Is a directory")
     refused(homeostat("graph", "export", "cstr", "--format", "xml", cwd=tmp_path), "'xml'", "turtle")
     assert list(tmp_path.iterdir()) == []

@@ -29,6 +29,20 @@ def test_a_fault_that_nobody_answers_shows_what_it_violates(tmp_path: Path) -> N
     assert "Normal operation (normal)" in done.out and (tmp_path / "x.png").read_bytes().startswith(PNG)
 
 
+def test_the_picture_goes_into_a_folder_that_is_there(tmp_path: Path) -> None:
+    (tmp_path / "sub").mkdir()
+    for out, written in ((".", "."), ("..", ".."), ("sub", "sub")):
+        done = homeostat(
+            "plant", "try", "cstr", "--end", "2", "--out", out, cwd=tmp_path / "sub" if out == ".." else tmp_path
+        )
+        assert done.err == "" and "cstr-none-1.png: the run as a picture" in done.out
+        picture = tmp_path / ("." if written == ".." else written) / "cstr-none-1.png"
+        assert picture.read_bytes().startswith(PNG)
+        picture.unlink()
+    done = homeostat("plant", "try", "cstr", "--end", "2", "--out", "gone/x.png", cwd=tmp_path)
+    assert done.status == 2 and done.out == "" and "gone" in done.err
+
+
 def test_a_plant_that_never_starts_is_not_well(tmp_path: Path) -> None:
     done = homeostat("plant", "try", "cstr", "--end", "100", "--out", "seen", cwd=tmp_path)
     assert (tmp_path / "seen.png").read_bytes().startswith(PNG)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.domain.events.guard import ReadingJumped
+from homeostat.domain.events.guard import Armed, ReadingJumped
 from homeostat.domain.events.trips import FallbackActivated, Tripped
-from homeostat.domain.mode import Role, Verb
+from homeostat.domain.mode import Mode, Role, Verb
 from homeostat.domain.observation import Arm, Correction
 from homeostat.domain.plant.rules import QualityRule
 from homeostat.domain.snapshot import Snapshot
@@ -39,9 +40,9 @@ def error(by: float) -> float:
     return math.copysign(abs(by) + UNSURE * NOISE, by)
 
 
-def jumped() -> World:
+def jumped(**rest: Any) -> World:
     """A vessel of 308 K whose thermometer falls by 8 K within a second."""
-    world = running()
+    world = running(**rest)
     world.tick(3, T=308.0)
     world.tick(1, T=300.0)
     return world
@@ -108,6 +109,17 @@ def test_what_trips_by_a_jump_alone_is_answered_in_the_order_of_the_tables() -> 
     world.guard.mailbox.put(Arm(("close", "drain"), None))
     warms(world)
     assert world.journal.of(FallbackActivated)[0].strategy == RULES.fallbacks[0].name == "drain"
+
+
+def test_the_order_that_a_jump_took_back_is_not_there_again_after_a_death() -> None:
+    world = jumped(mode=Mode.ADVISE)
+    world.guard.mailbox.put(Arm(("close", "drain"), None))
+    warms(world)
+    assert [e.named for e in world.journal.of(Armed)] == [True, False]
+    again = killed(world, RULES)
+    again.tick(2)
+    assert again.guard._latch.fallbacks.armed == ""
+    assert again.guard._latch.fallbacks.ranked == RULES.fallbacks
 
 
 def test_no_diagnosis_lifts_what_a_jump_says() -> None:

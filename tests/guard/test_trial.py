@@ -69,6 +69,20 @@ def test_the_order_that_recovery_armed_outlives_a_death() -> None:
     assert acted(world) == ["third"]
 
 
+@pytest.mark.parametrize("dies", [False, True])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_time_to_act_by_arms_no_strategy_in_this_life_nor_the_next(swapped: bool, dies: bool) -> None:
+    """What serves the violated limit acts, wherever it stands in the tables."""
+    order = (replace(CLOSE, serves={"LIM-FULL": Effect(60.0)}), replace(DRAIN, serves={"LIM-HOT": Effect(60.0)}))
+    rules = replace(RULES, fallbacks=order[::-1] if swapped else order)
+    world = running(rules=rules)
+    world.guard.mailbox.put(Arm((), 200.0))
+    world.tick()
+    world = killed(world, rules) if dies else world
+    world.tick(5, L=14.0)
+    assert acted(world)[:1] == ["close"]
+
+
 def test_a_reset_brings_the_order_of_the_tables_back_in_this_life_and_the_next() -> None:
     world = armed("third", "close")
     world.guard.mailbox.put(FallBack("smoke"))

@@ -56,7 +56,7 @@ class Guard:
         self._quality = QualityWatch(rules.qualities, rules.tags, parts.note, parts.jumps)
         self._trips = TripWatch(rules, parts.note, parts.jumps)
         self._latch, self._modes = Latch(parts), Modes(parts.tenure)
-        self._time = TimeToAct(parts.note, lambda: tuple(s.name for s in self._latch.fallbacks.ranked))
+        self._time = TimeToAct(parts.note, lambda: self._latch.fallbacks)
         self._lapse = Lapse(parts, self._latch)
         self._arrivals = Arrivals(parts)
         self._steps = Steps(parts, self._latch, self._arrivals)
@@ -224,7 +224,10 @@ class Guard:
         violations = self._trips.judge(self._now_s, self._seen, self._parts.sequencer.state)
         self._parts.alarms.hold("start-up", self._trips.start_up.overdue, self._now_s)
         self._violated = frozenset(v.limit for v in violations)
+        armed = self._latch.fallbacks.armed
         self._response.take(violations, self._now_s, self._seen, self.mode.writes)
+        if armed and not self._latch.fallbacks.armed:
+            self._time.tell(self._now_s)
         if violations and self.latched is None:
             self._activate(violations[0].reason)
         self._wanted.follow(bool(violations), self.latched is not None, self._now_s)

@@ -86,6 +86,8 @@ class Armed:
     """Names, the one that acts first at the front."""
     act_by_s: float | None
     """Process time at which the first one acts unless something was released [s]; None for no such time."""
+    named: bool = True
+    """Whether recovery named the one in front; else the tables put it there, and one that serves a limit goes first."""
 
 
 @dataclass(frozen=True, slots=True)

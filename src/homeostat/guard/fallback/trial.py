@@ -29,7 +29,7 @@ class Trial:
     """Where the fallbacks and the limits that they act against stood when the journal ends."""
 
     ranked: tuple[str, ...] = ()
-    """Names of the strategies as they were armed; empty for the order of the tables."""
+    """Names of the strategies as recovery named them, the others behind; empty where it named none."""
     acted: str = ""
     """Strategy that acted last; empty where none has since the last reset."""
     stands: bool = False
@@ -117,7 +117,7 @@ def _lift_ended(trial: Trial, fields: Mapping[str, Any]) -> Trial:
 
 
 _FOLDS: Mapping[str, Any] = {
-    "armed": lambda t, f: replace(t, ranked=tuple(map(str, f["strategies"]))),
+    "armed": lambda t, f: replace(t, ranked=tuple(map(str, f["strategies"])) if f.get("named", True) else ()),
     "tripped": lambda t, f: replace(t, violated=t.violated | {str(f["limit"])}),
     "alarm-returned": _returned,
     "write-intended": _intended,

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.guard import Armed
 from homeostat.domain.request import Answer, RequestStatus
+from homeostat.guard.fallback.fallback import Fallbacks
 from homeostat.guard.texts import brief
 from homeostat.guard.watch.alarms import Alarms
 
@@ -51,9 +52,9 @@ class Wanted:
 class TimeToAct:
     """Holds the time at which the first fallback acts by itself."""
 
-    def __init__(self, note: Callable[[Armed, float], None], ranked: Callable[[], tuple[str, ...]]) -> None:
-        """``note`` journals at a process time [s]; ``ranked`` gives the fallbacks, the one that acts first in front."""
-        self._note, self._ranked = note, ranked
+    def __init__(self, note: Callable[[Armed, float], None], fallbacks: Callable[[], Fallbacks]) -> None:
+        """``note`` journals at a process time [s] how the ``fallbacks`` are ranked, and by when the first one acts."""
+        self._note, self._fallbacks = note, fallbacks
         self.by_s: float | None = None
         """Process time by which recovery must have acted [s]; None for no such time."""
 
@@ -78,6 +79,12 @@ class TimeToAct:
         """Whether it is time to act."""
         return self.by_s is not None and now_s >= self.by_s
 
+    def tell(self, now_s: float) -> None:
+        """Journal how the fallbacks are ranked, for a reason that no other event tells a restart."""
+        fallbacks = self._fallbacks()
+        names = tuple(strategy.name for strategy in fallbacks.ranked)
+        self._note(Armed(names, self.by_s, bool(fallbacks.armed)), now_s)
+
     def _set(self, by_s: float | None, now_s: float) -> None:
         self.by_s = by_s
-        self._note(Armed(self._ranked(), by_s), now_s)
+        self.tell(now_s)

@@ -1,5 +1,6 @@
 """The files of a run directory: how they are named, described and written whole."""
 
+import errno
 import hashlib
 import os
 from dataclasses import dataclass
@@ -37,6 +38,8 @@ def write_whole(path: Path, content: bytes) -> None:
 
     Raises OSError, which names ``path``, where it cannot be written.
     """
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     temporary = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
         with temporary.open("wb") as file:

@@ -92,7 +92,7 @@ class _Answers:
         measured = [signal for signal in self.plant.signals if signal.relation is Relation.MEASURES]
         found = twin.errors | {s.variable: self._error(s) for s in measured if s.variable not in stated}
         if not found:
-            _refuse(self.where, "twin", "errors", "no tag is measured")
+            _refuse(self.where, "twin", "errors", "no tag is measured that 'ignored' leaves as evidence")
         return found
 
     def corrected(self, errors: Mapping[str, list[float]]) -> list[str]:

@@ -19,17 +19,24 @@ def carry_out(options: argparse.Namespace) -> int:
     plant = load_plant(options.case, learned=False)
     refuse_wrong_units(plant.name, plant.description, plant.model)
     chosen = scenario(plant, options.fault, options.seed, options.onset, options.severity, options.end)
+    path = _picture(options.out, f"{plant.name}-{chosen.fault}-{chosen.seed}.png")
     try:
         tried = try_out(plant, chosen)
     except ProcessError as broke:
         raise UsageError(f"plant {plant.name!r} cannot be simulated: {broke}") from None
-    path: Path = options.out or Path(f"{plant.name}-{chosen.fault}-{chosen.seed}.png")
-    path = path if path.suffix else path.with_name(f"{path.name}.png")
     write_whole(path, draw(tried))
     for line in _told(tried):
         print(printable(line))
     print(f"{path}: the run as a picture")
     return 0 if tried.well else 1
+
+
+def _picture(out: Path | None, usual: str) -> Path:
+    """The file to write: ``out``, where the ``usual`` name goes into a folder and a name without an ending gets one."""
+    path = Path(usual) if out is None else out
+    if path.is_dir():
+        return path / usual
+    return path if path.suffix else path.with_name(f"{path.name}.png")
 
 
 def _told(tried: Trial) -> list[str]:
