@@ -13,7 +13,7 @@ from homeostat.agents.pricing import Pricing, Signals
 from homeostat.domain.cost import PRODUCT, RELEASE, Cost
 from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.plant.prices import Price, PriceKind, prices_of
-from homeostat.domain.plant.production import Production
+from homeostat.domain.plant.production import MADE, Production
 from homeostat.domain.snapshot import Trajectory
 from homeostat.domain.verdict import Rollout, RolloutResult
 from tests.safety.world import CALM, COLD, FEED, HOT, MACHINE, criterion, rule
@@ -38,8 +38,8 @@ DT_S, SAMPLES = 5.0, 180
 QUARTER_H = DT_S * SAMPLES / 3600.0
 
 
-def pricing(limits: Limits = LIMITS) -> Pricing:
-    return Pricing(prices_of(ROWS, PRODUCTION, "EUR", limits, MACHINE), limits, SCALES)
+def pricing(limits: Limits = LIMITS, production: Production = PRODUCTION) -> Pricing:
+    return Pricing(prices_of(ROWS, production, "EUR", limits, MACHINE), limits, SCALES)
 
 
 def signals(members: int = 1, **changed: object) -> Signals:
@@ -155,3 +155,19 @@ def test_nobody_gains_by_missing_what_is_soft(temperatures: list[float], feed: f
     assert np.all(made >= 0.0)
     all_of_it = pricing().members(signals(count, F=feed, T=np.array(temperatures)[:, None]), DT_S)
     assert np.all(all_of_it >= made - 1e-9)
+
+
+@pytest.mark.parametrize(("made", "lost"), [(30.0, 0.0), (21.0, 9.0), (0.0, 30.0), (33.0, 0.0), (-3.0, 33.0)])
+def test_where_the_total_counts_what_is_not_delivered_is_lost_whatever_is_fed(made: float, lost: float) -> None:
+    """30 L in 900 s by design; a leak takes what was fed, and what was there before, too."""
+    counted = pricing(production=Production("F", 1.0 / 30.0, delivered=("product",)))
+    so_far = made * np.arange(1, SAMPLES + 1) / SAMPLES
+    assert counted.members(signals(F=1.0 / 30.0, **{MADE: so_far}), DT_S) == pytest.approx([lost], abs=1e-9)
+
+
+def test_what_is_made_up_for_within_a_rollout_is_not_lost() -> None:
+    counted = pricing(production=Production("F", 1.0 / 30.0, delivered=("product",)))
+    late = np.where(np.arange(SAMPLES) < SAMPLES // 2, 0.0, np.linspace(-30.0, 30.0, SAMPLES))
+    assert counted.members(signals(**{MADE: late}), DT_S) == pytest.approx([0.0], abs=1e-9)
+    late[-1] = math.nan
+    assert counted.members(signals(**{MADE: late}), DT_S) == [math.inf]

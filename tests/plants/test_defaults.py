@@ -54,6 +54,14 @@ def test_the_design_rate_is_where_the_loop_of_the_throughput_holds_it() -> None:
     assert read(without("=design_rate")).objective.production.design_rate == 0.0333333333333333
 
 
+def test_a_rate_is_priced_by_the_total_that_is_delivered_and_an_amount_by_itself() -> None:
+    assert read(TEXT).objective.production.delivered == ("product", "L1")
+    stated = read(TEXT.replace("[objective]", '[objective]\npriced = "throughput"'))
+    assert stated.objective.production.delivered == ()
+    assert load_plant("cstr").twin.delivered == ("product", "L1")
+    assert load_plant("mixing_module").twin.delivered == load_plant("mixing_module").production.delivered == ()
+
+
 def test_errors_are_those_of_the_instruments() -> None:
     twin = read(without("twin.errors", "=corrected", "=ignored")).twin
     measured = {"T1", "L1", "F1", "F2", "F3", "T2", "T3", "V1_zt", "P1_zt", "V2_zt"}
@@ -88,7 +96,8 @@ def test_a_figure_shows_every_loop_with_its_limits_and_where_actuators_stand() -
 
 
 def test_what_is_stated_is_kept() -> None:
-    stated = read_settings(PlantFiles(INSTALLED / "some", {"case.toml": TEXT.encode()}))
+    text = TEXT.replace("[objective]", '[objective]\npriced = "throughput"')
+    stated = read_settings(PlantFiles(INSTALLED / "some", {"case.toml": text.encode()}))
     assert completed("some", stated, reactor()) == stated
     bare = read(without("figure", "start").replace("recipe =", "figure = []\nstart = {}\nrecipe ="))
     assert bare.figure == [] and bare.start == {}

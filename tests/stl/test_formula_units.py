@@ -9,6 +9,7 @@ import pytest
 
 from homeostat.domain.plant.tag import Range, Role, Tag
 from homeostat.stl.formula import FormulaError, parse, parse_expression
+from homeostat.stl.units import is_rate
 
 pytestmark = pytest.mark.quick
 
@@ -181,3 +182,13 @@ def test_what_is_the_same_to_the_digit_goes_together(text: str) -> None:
 def test_what_has_another_factor_or_another_zero_does_not(text: str) -> None:
     with pytest.raises(FormulaError, match="convert one of them with a coefficient"):
         parse(text, HEAT)
+
+
+@pytest.mark.parametrize("unit", ["L/s", "m3/h", "kg/min", "kW", "t/d", "1/s", "mol/(L s)"])
+def test_what_is_per_time_is_a_rate(unit: str) -> None:
+    assert is_rate(unit)
+
+
+@pytest.mark.parametrize("unit", ["L", "1", "%", "kg/m3", "s", "m s", "kJ/(kg K)", "kscmh"])
+def test_anything_else_is_an_amount(unit: str) -> None:
+    assert not is_rate(unit)

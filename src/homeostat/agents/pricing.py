@@ -1,15 +1,17 @@
 """Pricing: what a rollout costs by the tables, member by member.
 
-    production  product x what the throughput is short of the design rate, summed over the rollout
+    production  product x what is made less than by design: what is delivered or still there at the end, or, where
+                an amount says how soon a batch makes it, what that is short of its design, summed over the rollout
     outside     price x scales by which a soft criterion or an envelope is missed, summed over the rollout [h]
     state       price of the dearest state that is commanded x length of the rollout [h]
     release     once, where something is commanded
 
-What is made beyond the design is worth nothing. A soft criterion about one moment is missed at every moment by itself.
-One that looks ahead is missed as a whole, all the time, by its margin at the beginning. Costs are means over the
-members by their probability; what is hard forbids and is not in them.
+What is made beyond the design is worth nothing, but for what it makes up for in the same rollout. A soft criterion
+about one moment is missed at every moment by itself. One that looks ahead is missed as a whole, all the time, by its
+margin at the beginning. Costs are means over the members by their probability; what is hard forbids and is not in them.
 
-Hand check: a reactor that is designed for 0.0333 L/s at 1 EUR/L and fed with 0.0233 L/s for 900 s loses 9 EUR of 30.
+Hand check: a reactor that is designed for 0.0333 L/s at 1 EUR/L and makes 21 L in 900 s loses 9 EUR of 30, be it
+fed with 0.0233 L/s, or as designed and loses 0.01 L/s.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -20,11 +22,12 @@ import numpy as np
 from homeostat.domain.cost import PRODUCT, RELEASE, Cost, CostItem
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.prices import HOUR_S, Prices
+from homeostat.domain.plant.production import MADE
 from homeostat.domain.verdict import Rollout
 from homeostat.process.types import Flags, Table, Vec
 
 Signals: TypeAlias = Mapping[str, Table]
-"""Tag -> values, shape (members, times)."""
+"""Tag -> values, shape (members, times), and what was made so far as :data:`MADE`."""
 
 
 class Pricing:
@@ -82,9 +85,12 @@ class Pricing:
     def _missed(self, signals: Signals, dt_s: float) -> dict[str, Vec]:
         """Item -> what each member costs by it; infinite where it cannot be judged."""
         production = self.prices.production
-        rate = signals[production.throughput]
-        short = np.maximum(production.design_rate - rate, 0.0).sum(axis=1) * dt_s / production.per_s
-        known = np.isfinite(rate).all(axis=1)
+        counted = signals[MADE if production.delivered else production.throughput]
+        if production.delivered:
+            short = np.maximum(production.made(counted.shape[1] * dt_s) - counted[:, -1], 0.0)
+        else:
+            short = np.maximum(production.design_rate - counted, 0.0).sum(axis=1) * dt_s / production.per_s
+        known = np.isfinite(counted).all(axis=1)
         found = {PRODUCT: np.where(known, self.prices.product * short, np.inf)}
         for name, price in self.outside(signals, dt_s).items():
             found[name] = np.broadcast_to(price, short.shape)

@@ -147,7 +147,7 @@ def _case(
         description=description,
         model=model,
         baselines={},
-        twin=settings.twin.settings,
+        twin=replace(settings.twin.settings, delivered=_counted(settings, description)),
         intervention=settings.intervention.settings,
         monitoring=settings.monitoring.settings,
         risk=settings.risk.settings,
@@ -169,6 +169,12 @@ def _prices(settings: Settings, plant: PlantDescription) -> Prices:
     objective = settings.objective
     told = objective.production, objective.currency, plant.limits, plant.machine
     return prices_of(plant.prices, *told, plant.timing)
+
+
+def _counted(settings: Settings, plant: PlantDescription) -> tuple[str, ...]:
+    """The variables behind what is delivered, where decisions are priced by it."""
+    delivered = settings.objective.production.delivered
+    return tuple(plant.variables.get(name, name) for name in delivered)
 
 
 def _with_generated(plant: Plant, settings: Settings) -> Plant:

@@ -182,6 +182,14 @@ _SAME: Mapping[str, Mapping[str, int]] = {
 """Symbol -> the product of others that is the same, to the digit."""
 
 
+_TIMES = frozenset({"s", "min", "h", "d"})
+
+
+def is_rate(unit: str) -> bool:
+    """Whether ``unit`` is one of something per time: ``L/s``, ``kg/h`` or ``kW``."""
+    return any(power < 0 for symbol, power in _powers(unit).items() if symbol in _TIMES)
+
+
 def _plain(powers: Mapping[str, int]) -> Mapping[str, int]:
     """Without powers of 0; in a product, a temperature in degC is a difference, which is the same in K."""
     found = Counter({symbol: power for symbol, power in powers.items() if power})

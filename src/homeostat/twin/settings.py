@@ -52,6 +52,8 @@ class TwinSettings:
     """By how much actuators and instruments may be slower than the model's, standard deviation [s]."""
     damping: Mapping[str, float] = field(default_factory=dict)
     """Variable -> time constant of its transmitter's own filter [s]; one that has none is not named."""
+    delivered: tuple[str, ...] = ()
+    """Variables whose sum is what was made so far; empty where decisions are not priced by it."""
     balances: tuple[Balance, ...] = ()
     """What may be disturbed by what nobody knows of."""
     unknown_growth: float = 0.2

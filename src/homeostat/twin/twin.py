@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.parameter import ModelParameter
+from homeostat.domain.plant.production import MADE
 from homeostat.domain.plant.timing import Timing
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Snapshot, Trajectory
@@ -241,6 +242,17 @@ class Twin:
         """Tag -> values, from variable -> values."""
         return {tag: values[v] for tag, v in self._description.variables.items()}
 
+    def _signals(self, ensemble: Ensemble, result: Forecast) -> dict[str, np.ndarray]:
+        """Tag -> values of a forecast of ``ensemble``, and where decisions are priced by it what was made so far."""
+        signals, delivered = self.tag_signals(result.values), self.settings.delivered
+        if delivered:
+            present = np.broadcast_to(self._now(), (len(ensemble.states), 1, len(self._model.inputs)))
+            now = self._model.truth(ensemble.states[:, None, : len(self._model.states)], present)
+            total = np.sum([result.values[v] for v in delivered], axis=0)
+            before = np.sum([now[v][:, 0] for v in delivered], axis=0)
+            signals[MADE] = total - np.tile(before, len(total) // len(before))[:, None]
+        return signals
+
     def try_many(self, ensemble: Ensemble, schedules: Cube, refuse: bool = True) -> tuple[dict[str, np.ndarray], float]:
         """Tag -> true values, shape (K * members, times), of K schedules; and the sampling period [s].
 
@@ -249,7 +261,7 @@ class Twin:
         """
         stride = max(self._timing.ticks(self.settings.stride), 1)
         result = forecast(self._model, ensemble, schedules, stride, sensor_noise=False, refuse=refuse)
-        return self.tag_signals(result.values), result.dt_s
+        return self._signals(ensemble, result), result.dt_s
 
     def follow_many(
         self, ensemble: Ensemble, routes: Sequence[ActionSet], refuse: bool = True
@@ -257,7 +269,7 @@ class Twin:
         """As :meth:`try_many`, of action sets that go on step by step: shape (K * members, times)."""
         sequences = [self._sequence(a) for a in routes]
         result = follow(self._model, ensemble, sequences, self._now(), self.horizon, refuse)
-        return self.tag_signals(result.values), result.dt_s
+        return self._signals(ensemble, result), result.dt_s
 
     def separation(
         self, hypotheses: Sequence[Hypothesis], sets: Sequence[ActionSet], seconds: float
@@ -294,7 +306,7 @@ class Twin:
             empty = Trajectory(self._history.window(1).end_s, self._timing.tick_s, {})
             return Rollout(actions.digest, empty, tuple(hypotheses), (), RolloutResult.BROKE_DOWN, str(broke))
         trajectory = Trajectory(
-            ensemble.start_s + self._timing.tick_s, self._timing.tick_s, self.tag_signals(result.values)
+            ensemble.start_s + self._timing.tick_s, self._timing.tick_s, self._signals(ensemble, result)
         )
         weights, left = tuple(ensemble.weights.tolist()), result.steps_left
         told = Rollout(actions.digest, trajectory, tuple(hypotheses), weights, RolloutResult.COMPLETED)

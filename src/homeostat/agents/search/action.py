@@ -83,8 +83,8 @@ class SearchAction:
     async def bounds(self, situation: Situation, paths: Sequence[RecoveryPath]) -> list[float]:
         """What each of ``paths`` costs at best, if nothing forbade, as a share of the design production [1].
 
-        It is the cheapest of the points that a search looks at first; of a route, of all the ways that it tries. That
-        it must be released is in it.
+        It is the cheapest of the points that a search looks at first, which does not see what two setpoints gain only
+        together; of a route, of all the ways that it tries. That it must be released is in it.
         """
         return await asyncio.to_thread(self._bounds, self._twin.frozen(), situation, paths)
 

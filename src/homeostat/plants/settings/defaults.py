@@ -12,6 +12,7 @@ from homeostat.plants.error import PlantError
 from homeostat.plants.files.folder import SETTINGS
 from homeostat.plants.settings.settings import FigureTable, Settings, TwinTable, with_times
 from homeostat.stl.formula import Formula
+from homeostat.stl.units import is_rate
 
 LEAST_NOISE: Final = 0.1
 """Noise of an instrument that has none, in scales of its tag [1]."""
@@ -32,10 +33,11 @@ def completed(name: str, settings: Settings, plant: PlantDescription) -> Setting
     first = None if way is None else plant.machine.state(way.target)
     answers = _Answers(where, settings.objective.throughput, plant, first)
     rate = settings.objective.design_rate or answers.design_rate()
+    priced = settings.objective.priced or answers.priced()
     errors = answers.errors(twin)
     filled = {
         "run": run,
-        "objective": settings.objective.model_copy(update={"design_rate": rate}),
+        "objective": settings.objective.model_copy(update={"design_rate": rate, "priced": priced}),
         "twin": with_times(twin, plant.timing).model_copy(
             update={"errors": errors, "corrected": twin.corrected or answers.corrected(errors)},
         ),
@@ -85,6 +87,11 @@ class _Answers:
             why = f"no loop holds {self.throughput!r} at a design value after start-up"
             _refuse(self.where, "objective", "design_rate", why)
         return rate
+
+    def priced(self) -> str:
+        """By the total delivered where the throughput is a rate; an amount says how soon a batch makes it."""
+        tag = self.plant.tags_by_name.get(self.throughput)
+        return "total" if tag is not None and is_rate(tag.unit) else "throughput"
 
     def errors(self, twin: TwinTable) -> dict[str, list[float]]:
         """What is stated; of every other instrument its noise, and its calibration error or half its noise."""

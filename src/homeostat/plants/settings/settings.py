@@ -96,6 +96,8 @@ class ObjectiveTable(Table):
     """What the table of prices is in."""
     delivered: Annotated[list[Name], Len(1, 40)]
     """True quantities whose sum is what was produced so far."""
+    priced: Literal["total", "throughput"] | None = None
+    """What decisions are priced by: the total of ``delivered``, or ``throughput`` itself; None for what follows."""
     totals: dict[Name, Name] = {}
     """What is added up over a run -> the true quantity."""
     reported: list[Name] = []
@@ -115,7 +117,8 @@ class ObjectiveTable(Table):
     def production(self) -> Production:
         """As the search knows it, of completed settings."""
         assert self.design_rate is not None
-        return Production(self.throughput, self.design_rate, self.per_s)
+        delivered = tuple(self.delivered) if self.priced == "total" else ()
+        return Production(self.throughput, self.design_rate, self.per_s, delivered)
 
 
 class BalanceTable(Table):
