@@ -8,6 +8,7 @@ from pathlib import Path
 from homeostat.cli.arguments import UsageError
 from homeostat.cli.giving import given
 from homeostat.console.people.accounts import Accounts, AccountsError
+from homeostat.console.people.codes import CodesError
 from homeostat.console.people.orders import Came, Give, NotGiven
 from homeostat.console.people.people import People
 from homeostat.console.server.app import HOSTS, Serving
@@ -22,7 +23,7 @@ def known(people: Path | None) -> People | None:
         return None
     try:
         return People(Accounts(people))
-    except AccountsError as error:
+    except (AccountsError, CodesError) as error:
         raise UsageError(str(error)) from error
 
 

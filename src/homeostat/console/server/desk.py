@@ -28,6 +28,7 @@ class _SigningIn(BaseModel):
 
     name: str = Field(min_length=1, max_length=200)
     password: str = Field(min_length=1, max_length=500)
+    code: str = Field(default="", max_length=40)
 
 
 @final
@@ -59,7 +60,7 @@ class Desk:
         assert self._people is not None
         given = await body(request, _SigningIn)
         try:
-            proof = given.name, given.password, _address(request)
+            proof = given.name, given.password, _address(request), given.code
             token, session = await run_in_threadpool(self._people.sign_in, *proof)
         except Unproven as unproven:
             return _unproven(unproven)
@@ -101,6 +102,7 @@ class Desk:
         account = None if session is None else session.account
         return {
             "people": self._people is not None,
+            "codes": self._people is not None and self._people.have_codes,
             "orders": self._orders is not None,
             "name": None if account is None else account.name,
             "access": None if account is None else account.access.value,
