@@ -66,7 +66,8 @@ def test_without_a_session_nothing_is_shown(desk: Served) -> None:
         assert desk.ask(path).status == 401
         assert desk.ask(path, Cookie="homeostat=forged").status == 401
     nobody = {"name": None, "access": None, "token": None}
-    assert desk.ask("/api/me").json == {"people": True, "codes": False, "orders": True} | nobody
+    page = {"people": True, "codes": False, "orders": True, "sign_on": None, "by_sign_on": False}
+    assert desk.ask("/api/me").json == page | nobody
     assert desk.ask("/").status == 200
 
 

@@ -167,7 +167,7 @@ def test_who_guesses_waits_also_with_the_right_password_and_also_for_nobody(tmp_
     assert len(said) == 2 * FREE and not any("wrong password" in line for line in said)
     clock.now += 60.0
     token, session = people.sign_in("ada", PASSWORD.format("Ada"), "here")
-    assert session.account.name == "Ada" and people.session(token) is session
+    assert session.person.name == "Ada" and people.session(token) is session
 
 
 def test_whoever_is_changed_or_removed_is_out_at_once(tmp_path: Path) -> None:

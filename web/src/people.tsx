@@ -28,6 +28,7 @@ export function SignIn({ me, signed, title }: { me: Me; signed: (me: Me) => void
         {me.codes && <label>Code of your authenticator, if you have one <input ref={code} name="code" inputMode="numeric" autocomplete="one-time-code" pattern="[0-9 ]*" title="six digits" maxLength={12} /></label>}
         {said && <p class="warn" role="alert">△ {said}</p>}
         <button type="submit" disabled={busy}>{busy ? "Signing in …" : "Sign in"}</button>
+        {me.sign_on && <a class="button" href="/oidc/sign-in">Sign in with {me.sign_on}</a>}
       </form>
     </main>
   );

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable
 from typing import Final, final
 
-from homeostat.console.people.accounts import Account, Accounts, AccountsError, Known, folded
+from homeostat.console.people.accounts import Account, Accounts, AccountsError, Known, Person, folded
 from homeostat.console.people.codes import Codes, CodesError
 from homeostat.console.people.passwords import is_right
 from homeostat.console.people.sessions import Session, Sessions
@@ -50,7 +50,7 @@ class People:
         ``codes`` takes second factors' codes; it is made from ``accounts`` where there is none. CodesError where it
         could not keep which were used, and somebody has one.
         """
-        self._accounts, self._log = accounts, log
+        self._accounts, self.log = accounts, log
         self._sessions, self._tries = sessions or Sessions(), tries or Tries()
         self._codes = codes or Codes(accounts.path)
         if self.have_codes:
@@ -71,14 +71,22 @@ class People:
         """
         account, known = self._proven(name, password, address, code)
         if known.lacks(account):
-            self._log(f"{account.name!r} has no second factor, and must have one to sign in from {address}")
+            self.log(f"{account.name!r} has no second factor, and must have one to sign in from {address}")
             raise Unproven(f"{account.name!r} needs a second factor to sign in: 'homeostat people enrol' gives it")
-        self._log(f"{account.name!r} signed in as {account.access.value} from {address}")
-        return self._sessions.begin(account)
+        return self.begin(account, f"from {address}")
+
+    def begin(self, person: Person, how: str) -> tuple[str, Session]:
+        """A new session of ``person``, who has shown who they are, after its token; ``how`` is logged."""
+        self.log(f"{person.name!r} signed in as {person.access.value} {how}")
+        return self._sessions.begin(person)
+
+    def showing(self, csrf: str) -> Session | None:
+        """The session whose page shows ``csrf``; None where it is over."""
+        return self._sessions.showing(csrf)
 
     def confirm(self, session: Session, password: str, address: str) -> Account:
         """The account of ``session`` as it is now; Unproven where ``password`` is not theirs. It takes a while."""
-        return self._proven(session.account.name, password, address, None)[0]
+        return self._proven(session.person.name, password, address, None)[0]
 
     def session(self, token: str | None) -> Session | None:
         """The session that ``token`` names; None where it is over, or the account was changed since."""
@@ -86,11 +94,13 @@ class People:
         if session is None or token is None:
             return None
         try:
-            known, account = self._accounts.known(), session.account
+            known, person = self._accounts.known(), session.person
         except AccountsError as error:
-            self._log(f"nobody is let in: {error}")
+            self.log(f"nobody is let in: {error}")
             return None
-        unchanged = known.people.get(folded(account.name)) == account and not known.lacks(account)
+        found = known.people.get(folded(person.name))
+        own = isinstance(person, Account)  # the name of a provider's person may have been given to somebody since
+        unchanged = found == person and not known.lacks(person) if own else found is None
         if not unchanged:
             self._sessions.end(token)
         return session if unchanged else None
@@ -100,14 +110,14 @@ class People:
         session = self.session(token)
         if session is not None and token is not None:
             self._sessions.end(token)
-            self._log(f"{session.account.name!r} signed out")
+            self.log(f"{session.person.name!r} signed out")
 
     def _proven(self, name: str, password: str, address: str, code: str | None) -> tuple[Account, Known]:
         """The account of ``name`` and what is asked of everybody; ``code`` is None where none is asked for."""
         try:
             known = self._accounts.known()
         except AccountsError as error:
-            self._log(f"nobody is let in: {error}")
+            self.log(f"nobody is let in: {error}")
             raise Unproven("the accounts cannot be read; see where the console was started") from error
         account, who = known.people.get(folded(name)), (f"name {folded(name)}", f"address {address}")
         needed = account is not None and account.totp is not None and code is not None
@@ -117,7 +127,7 @@ class People:
         self._tries.failed(*who)  # before the check: many at once are no way around it
         right = is_right(password, None if account is None else account.argon2id)
         if account is None or not right or (needed and not self._taken(account, code or "", address)):
-            self._log(f"a sign-in as {name[:60]!r} from {address} has failed")
+            self.log(f"a sign-in as {name[:60]!r} from {address} has failed")
             raise Unproven(WRONG_WITH_CODES if self.have_codes else WRONG)
         self._tries.succeeded(*who)
         return account, known
@@ -128,8 +138,8 @@ class People:
             if self._codes.accept(account, code):
                 return True
         except CodesError as error:
-            self._log(f"nobody who has a second factor is let in: {error}")
+            self.log(f"nobody who has a second factor is let in: {error}")
             raise Unproven("codes cannot be checked; see where the console was started") from error
         if code:
-            self._log(f"{account.name!r} gave the right password and a code that is wrong or was used, from {address}")
+            self.log(f"{account.name!r} gave the right password and a code that is wrong or was used, from {address}")
         return False
