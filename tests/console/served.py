@@ -7,6 +7,7 @@ import json
 import re
 import signal
 import subprocess
+import time
 import uuid
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -14,7 +15,10 @@ from http.client import HTTPConnection, HTTPResponse
 from pathlib import Path
 from typing import Any
 
-from homeostat.console.people.accounts import Access, Account, added
+import pyotp
+
+from homeostat.console.people.accounts import Access, Account
+from homeostat.console.people.changes import added
 from homeostat.console.people.passwords import hashed
 from tests.cli.command import COMMAND, LIMIT_S, environment
 
@@ -73,6 +77,11 @@ def accounts(path: Path, **people: str) -> Path:
     return path
 
 
+def code_of(secret: str, at_s: float | None = None) -> str:
+    """The code that an authenticator with ``secret`` shows."""
+    return str(pyotp.TOTP(secret).at(int(time.time() if at_s is None else at_s)))
+
+
 @dataclass
 class Browser:
     """A browser without a page: it keeps its cookie, and sends what a page would."""
@@ -90,9 +99,9 @@ class Browser:
         body = content if isinstance(content, bytes) else json.dumps(content).encode()
         return self.server.ask(path, method, body, **{name: text for name, text in headers.items() if text})
 
-    def sign_in(self, name: str, password: str | None = None) -> Answer:
+    def sign_in(self, name: str, password: str | None = None, **more: str) -> Answer:
         """Sign in as ``name``."""
-        answer = self.send("/api/session", {"name": name, "password": password or PASSWORD.format(name)})
+        answer = self.send("/api/session", {"name": name, "password": password or PASSWORD.format(name)} | more)
         if answer.status == 200:
             self.cookie, self.token = answer.headers["set-cookie"].partition(";")[0], answer.json["token"]
         return answer

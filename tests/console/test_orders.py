@@ -65,7 +65,9 @@ def test_without_a_session_nothing_is_shown(desk: Served) -> None:
     for path in ("/api/run", "/api/moment", "/api/stream", "/api/trend?tag=T"):
         assert desk.ask(path).status == 401
         assert desk.ask(path, Cookie="homeostat=forged").status == 401
-    assert desk.ask("/api/me").json == {"people": True, "orders": True, "name": None, "access": None, "token": None}
+    nobody = {"name": None, "access": None, "token": None}
+    page = {"people": True, "codes": False, "orders": True, "sign_on": None, "by_sign_on": False}
+    assert desk.ask("/api/me").json == page | nobody
     assert desk.ask("/").status == 200
 
 

@@ -11,7 +11,8 @@ import pytest
 
 pytest.importorskip("argon2", reason="the extra 'console' is not installed")
 
-from homeostat.console.people.accounts import Access, Account, Accounts, AccountsError, added, check_name, removed
+from homeostat.console.people.accounts import Access, Account, Accounts, AccountsError, check_name
+from homeostat.console.people.changes import added, removed
 from homeostat.console.people.passwords import hashed, is_right
 from homeostat.console.people.people import People, Unproven
 from homeostat.console.people.sessions import IDLE_S, LONGEST_S, MOST, Sessions
@@ -130,13 +131,26 @@ def test_after_some_failures_each_try_waits_longer_and_none_forever() -> None:
     for _ in range(20):
         waits.append(tries.wait_s("name ada", "address 1"))
         tries.failed("name ada", "address 1")
-    assert waits[:FREE] == [0.0] * FREE and waits[FREE] == 1.0 and max(waits) == 30.0 == waits[-1]
-    assert tries.wait_s("name bo", "address 1") == 30.0 and tries.wait_s("name bo", "address 2") == 0.0
-    clock.now += 30.0
+    assert waits[:FREE] == [0.0] * FREE and waits[FREE] == 1.0 and max(waits) == 40.0 == waits[-1]
+    assert tries.wait_s("name bo", "address 1") == 40.0 and tries.wait_s("name bo", "address 2") == 0.0
+    clock.now += 40.0
     assert tries.wait_s("name ada") == 0.0
     tries.succeeded("name ada")
     tries.failed("name ada")
     assert tries.wait_s("name ada") == 0.0
+
+
+def test_an_hour_has_room_for_a_hundred_guesses_and_a_week_of_guessing_locks_nobody_out() -> None:
+    clock, made = Clock(), 0
+    tries = Tries(clock)
+    while clock.now < 4600.0:
+        tries.failed("name ada")
+        made += 1
+        clock.now += tries.wait_s("name ada")
+    assert 90 <= made <= 100
+    for _ in range(15_000):
+        tries.failed("name ada")
+    assert tries.wait_s("name ada") == 40.0
 
 
 def test_who_guesses_waits_also_with_the_right_password_and_also_for_nobody(tmp_path: Path) -> None:
@@ -153,7 +167,7 @@ def test_who_guesses_waits_also_with_the_right_password_and_also_for_nobody(tmp_
     assert len(said) == 2 * FREE and not any("wrong password" in line for line in said)
     clock.now += 60.0
     token, session = people.sign_in("ada", PASSWORD.format("Ada"), "here")
-    assert session.account.name == "Ada" and people.session(token) is session
+    assert session.person.name == "Ada" and people.session(token) is session
 
 
 def test_whoever_is_changed_or_removed_is_out_at_once(tmp_path: Path) -> None:

@@ -159,8 +159,9 @@ def helped(*command: str) -> str:
 
 
 TABLES = [(page, block) for page in PAGES for block in blocks(page.read_text("utf-8")) if block.language == "toml"]
-STUDIES = [(page, block) for page, block in TABLES if not block.body.startswith("[project")]
-"""Of the tables that pages show, those that are no part of another package's settings."""
+PROVIDERS = [block for _, block in TABLES if "\nissuer = " in block.body]
+STUDIES = [(page, b) for page, b in TABLES if not b.body.startswith("[project") and b not in PROVIDERS]
+"""Of the tables that pages show, those that are no part of another package's settings, and set up no provider."""
 
 
 @pytest.mark.parametrize(
@@ -169,3 +170,15 @@ STUDIES = [(page, block) for page, block in TABLES if not block.body.startswith(
 def test_a_study_that_a_page_shows_can_be_read(page: Path, block: Block, tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(block.body, "utf-8")
     assert hs.Study(tmp_path / "study.toml").jobs, named(page)
+
+
+@pytest.mark.parametrize("block", PROVIDERS, ids=lambda block: str(block.line))
+def test_the_settings_of_a_provider_that_a_page_shows_can_be_read(block: Block, tmp_path: Path) -> None:
+    pytest.importorskip("argon2", reason="the extra 'console' is not installed")
+    from homeostat.console.sign_on.settings import read_settings
+
+    for name, content in (("sign-on.toml", block.body), ("sign-on.secret", "a secret")):
+        (tmp_path / name).touch(0o600)
+        (tmp_path / name).write_text(content, "utf-8")
+    settings, secret = read_settings(tmp_path / "sign-on.toml")
+    assert secret == "a secret" and settings.roles.engineer and settings.redirect in block.body

@@ -2,6 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import uPlot from "uplot";
+import { readable } from "./grip";
 import { colour } from "./trends";
 import { ask, type Moment, type Run, type Trend } from "./told";
 import { amount, LEVELS, moment, percent, signed, span } from "./words";
@@ -55,6 +56,7 @@ function Overlay({ runs, tag, at, offset, theme }: { runs: [Run, Run]; tag: stri
           u.ctx.stroke();
         }] },
       }, uPlot.join(tables), box.current);
+      readable(chart.current);
     });
     return () => { gone = true; };
   }, [tag, offset, theme, Math.round(at), to]);

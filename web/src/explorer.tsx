@@ -1,15 +1,14 @@
-// Trends of any tags over any time: wheel or + and - to zoom, drag or arrows to pan, a cursor that reads all of them.
+// Trends of any tags over any time: wheel, two fingers or + and - to zoom, drag or arrows to pan, a cursor that reads all of them.
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import uPlot from "uplot";
+import { Grip, readable, type Range } from "./grip";
 import { isKept } from "./kept";
 import { colour, DASHES } from "./trends";
 import { ask, type Run, type Trend } from "./told";
 import { moment, span } from "./words";
 
 const MOST = 5, LEAST_S = 10;
-
-interface Range { from: number; to: number }
 
 // One axis for all where the units agree, else each its own, named in the legend.
 function options(run: Run, tags: string[], width: number, range: () => Range): uPlot.Options {
@@ -78,20 +77,17 @@ export function Explorer({ run, at, theme }: { run: Run; at: number; theme: stri
             u.ctx.lineTo(x, u.bbox.top + u.bbox.height);
             u.ctx.stroke();
           }] } }, [told.times_s, ...told.series.map(([, v]) => v)] as uPlot.AlignedData, box.current);
+      readable(chart.current);
     }, (e: Error) => fail(e.message)), 60);
     return () => { gone = true; clearTimeout(load); };
   }, [tags, range, theme, mark]);
   useEffect(() => () => chart.current?.destroy(), []);
-  const drag = useRef<{ x: number; range: Range; moved: boolean } | null>(null);
-  const down = (e: PointerEvent) => { drag.current = { x: e.clientX, range: held.current, moved: false }; };
-  const over = (e: PointerEvent) => {
-    const d = drag.current, u = chart.current;
-    if (!d || !u || Math.abs(e.clientX - d.x) < 4) return;
-    d.moved = true;
-    const by = ((d.x - e.clientX) * (d.range.to - d.range.from)) / u.over.clientWidth;
-    move(d.range.from + by, d.range.to + by);
-  };
-  const up = () => { if (drag.current && !drag.current.moved && under !== null) setMark(under); drag.current = null; };
+  const grip = useRef<Grip | null>(null), hold = useRef(move);
+  hold.current = move;
+  const gripped = () => (grip.current ??= new Grip(box.current!, () => chart.current, () => held.current, (from, to) => hold.current(from, to), (index) => {
+    const at = chart.current?.data[0][index];
+    if (at != null) { setUnder(at); setMark(at); }
+  }));
   const wheel = (e: WheelEvent) => {
     const u = chart.current;
     if (!u) return;
@@ -116,8 +112,8 @@ export function Explorer({ run, at, theme }: { run: Run; at: number; theme: stri
         <button type="button" onClick={() => chart.current && picture(chart.current, "trend.png")}>Picture (PNG)</button></p>
       {failed && <p class="warn" role="alert">△ {failed}</p>}
       <div ref={box} class="plot" tabIndex={0} role="application" aria-label="Trend: arrows pan, plus and minus zoom" onWheel={wheel}
-        onPointerDown={down} onPointerMove={over} onPointerUp={up} onPointerLeave={() => { drag.current = null; }} onKeyDown={key} />
-      <p class="quiet" role="status">{mark === null ? "A click sets a mark to measure from." : <>Mark at {moment(mark)}{under !== null && `; ${span(Math.abs(under - mark))} ${under >= mark ? "after" : "before"} it`} <button type="button" onClick={() => setMark(null)}>Take the mark away</button></>}</p>
+        onPointerDown={(e) => gripped().down(e)} onPointerMove={(e) => gripped().over(e)} onPointerUp={(e) => gripped().up(e)} onPointerCancel={(e) => gripped().lost(e)} onKeyDown={key} />
+      <p class="quiet" role="status">{mark === null ? "A click, or a short touch, sets a mark to measure from." : <>Mark at {moment(mark)}{under !== null && `; ${span(Math.abs(under - mark))} ${under >= mark ? "after" : "before"} it`} <button type="button" onClick={() => setMark(null)}>Take the mark away</button></>}</p>
     </section>
   );
 }

@@ -90,7 +90,7 @@ export function kept(path: string, query: Record<string, string | number | strin
   const spanned = (trend: Trend) => between(trend, n("from", 0), n("to", Infinity), n("width", 800));
   if (!k) throw new Error("there is no other run in this file");
   switch (theirs ? path.replace("/other", "") : path) {
-    case "/api/me": return { people: false, orders: false, name: null, access: null, token: null };
+    case "/api/me": return { people: false, codes: false, sign_on: null, by_sign_on: false, orders: false, name: null, access: null, token: null };
     case "/api/run": return k.run;
     case "/api/moment": return momentAt(n("at", k.run.last_s), k);
     case "/api/alarms": return k.pool[k.moments[Math.max(0, last(k.moments.length, (i) => k.moments[i]![0], n("at", k.run.last_s)))]![5]] as AlarmList;

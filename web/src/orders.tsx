@@ -2,7 +2,7 @@
 
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
-import { Refused, send, type Came, type Card, type Me, type Moment, type Offer, type Proposal } from "./told";
+import { ask, Refused, send, type Came, type Card, type Me, type Moment, type Offer, type Proposal } from "./told";
 import { amount, moment, signed, span } from "./words";
 
 export interface Asked {
@@ -42,6 +42,19 @@ function Shown({ proposal }: { proposal: Proposal }) {
   );
 }
 
+// People of a provider show at the provider that it is them, in a window of its own: for this order and no other.
+function useProof(about: Record<string, string>, wanted: boolean): boolean {
+  const [proven, prove] = useState(false);
+  useEffect(() => {
+    if (!wanted) return;
+    const look = () => void ask<{ proven: boolean }>("/api/proof", about).then((p) => prove(p.proven), () => {});
+    look();
+    const again = setInterval(look, 1000);
+    return () => clearInterval(again);
+  }, [about.subject, wanted]);
+  return proven;
+}
+
 type State = { kind: "asking" } | { kind: "going" } | { kind: "came"; came: Came } | { kind: "refused"; text: string; unknown: boolean };
 
 // An identifier is used for one order: where the answer is lost the same one is sent again, and is carried out once.
@@ -53,6 +66,8 @@ export function OrderDialog({ asked, me, now, close }: { asked: Asked; me: Me; n
   const [state, set] = useState<State>({ kind: "asking" });
   const [lost, lose] = useState(false);
   useEffect(() => { dialog.current?.showModal(); }, []);
+  const away = asked.proven && me.by_sign_on, about = { id, verb: asked.verb, subject, digest: asked.digest };
+  const proven = useProof(about, away && state.kind !== "came" && (!asked.choices || subject !== ""));
   // What was carried out does not wait any more, either: who has lost the answer may ask for it all the same.
   const gone = !lost && asked.proposal !== undefined && !now.overview?.offers.some((o) => o.request === asked.subject && o.digest === asked.proposal!.digest);
   const submit = async (e: Event) => {
@@ -80,8 +95,11 @@ export function OrderDialog({ asked, me, now, close }: { asked: Asked; me: Me; n
             <option value="">choose</option>{asked.choices.map(([value, text]) => <option key={value} value={value}>{text}</option>)}</select></label>}
           {asked.minutes !== undefined && <label>For how many minutes (480 at most) <input type="number" min={1} max={480} required value={minutes} onInput={(e) => last(Number(e.currentTarget.value))} /></label>}
           <label>Reason{asked.reason === "needed" ? "" : " (if any)"} <textarea ref={reason} rows={2} maxLength={400} required={asked.reason === "needed"} /></label>
-          {asked.proven && <input type="text" name="username" autocomplete="username" value={me.name ?? ""} readOnly hidden />}
-          {asked.proven && <label>Your password again, {me.name} <input ref={password} type="password" autocomplete="current-password" required maxLength={128} /></label>}
+          {away && <p>{proven ? <b role="status">✓ {me.sign_on} says that it is you.</b>
+            : asked.choices && !subject ? <span class="quiet">{me.sign_on} is asked who you are once something is chosen.</span>
+            : <a class="button" href={`/oidc/prove?${new URLSearchParams(about)}`} target="_blank" rel="noopener">Show {me.sign_on} that it is you, {me.name} (opens a window)</a>}</p>}
+          {asked.proven && !away && <input type="text" name="username" autocomplete="username" value={me.name ?? ""} readOnly hidden />}
+          {asked.proven && !away && <label>Your password again, {me.name} <input ref={password} type="password" autocomplete="current-password" required maxLength={128} /></label>}
           {gone && <p class="warn" role="alert">△ This proposal does not wait any more. Close, and look again.</p>}
         </>}
         <div role="status">
@@ -91,7 +109,7 @@ export function OrderDialog({ asked, me, now, close }: { asked: Asked; me: Me; n
           {state.kind === "refused" && <p class="warn">△ {state.unknown ? "Nobody knows yet whether it was carried out: " : ""}{state.text}.{state.unknown && " Send it again: it is carried out once at most."}</p>}
         </div>
         <div class="buttons">
-          {!over && <button type="submit" class="act" disabled={state.kind === "going" || (gone && asked.verb === "approve")}>{asked.button}</button>}
+          {!over && <button type="submit" class="act" disabled={state.kind === "going" || (away && !proven) || (gone && asked.verb === "approve")}>{asked.button}</button>}
           <button type="button" onClick={() => dialog.current?.close()}>{over ? "Close" : "Cancel"}</button>
         </div>
       </form>

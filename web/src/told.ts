@@ -93,7 +93,7 @@ export interface AlarmList { standing: ListedAlarm[]; shelved: ListedAlarm[]; pa
 export interface JournalLine { number: number; at_s: number; kind: string; text: string }
 export interface JournalPage { lines: JournalLine[]; kinds: string[]; more: boolean; trouble: string }
 export interface Verified { whole: boolean; closed: boolean; signed: number; lines: number; text: string }
-export interface Me { people: boolean; orders: boolean; name: string | null; access: "viewer" | "operator" | "engineer" | null; token: string | null }
+export interface Me { people: boolean; codes: boolean; sign_on: string | null; by_sign_on: boolean; orders: boolean; name: string | null; access: "viewer" | "operator" | "engineer" | null; token: string | null }
 export interface Retold { text: string; model: string; strange: string[] }
 export interface Came { done: boolean; reason: string; counts: boolean }
 

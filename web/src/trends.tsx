@@ -2,6 +2,7 @@
 
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
+import { readable } from "./grip";
 import { ask, type FeatureTrend, type Panel, type Run, type Trend } from "./told";
 
 export const DASHES = [[], [6, 4], [2, 3], [8, 3, 2, 3]];
@@ -88,6 +89,7 @@ function useChart(
           else {
             chart.current?.destroy();
             chart.current = make(box.current, data);
+            readable(chart.current);
             made.current = thing;
           }
         }

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
 
 from homeostat.cli.arguments import UsageError
 from homeostat.cli.giving import given
 from homeostat.console.people.accounts import Accounts, AccountsError
+from homeostat.console.people.codes import CodesError
 from homeostat.console.people.orders import Came, Give, NotGiven
 from homeostat.console.people.people import People
 from homeostat.console.server.app import HOSTS, Serving
 from homeostat.console.server.serve import LOOPBACK, Tls
 from homeostat.domain.mode import PersonCommand
 from homeostat.service.order import OrderError
+
+if TYPE_CHECKING:  # it loads a library that is needed only where there is one
+    from homeostat.console.sign_on.sign_on import SignOn
 
 
 def known(people: Path | None) -> People | None:
@@ -22,13 +28,40 @@ def known(people: Path | None) -> People | None:
         return None
     try:
         return People(Accounts(people))
-    except AccountsError as error:
+    except (AccountsError, CodesError) as error:
         raise UsageError(str(error)) from error
 
 
 def serving(people: People | None, run_dir: Path, ordered: bool, hosts: tuple[str, ...] = HOSTS) -> Serving:
     """``people`` may look at the run in ``run_dir``, and order where it can be ``ordered``; without any, all look."""
     return Serving(people, _giver(run_dir) if ordered and people else None, hosts, hosts != HOSTS)
+
+
+def signed_on(options: argparse.Namespace, hosts: tuple[str, ...]) -> SignOn | None:
+    """The provider that knows people, too; None where none is named.
+
+    UsageError where it is not set up as it must be, or its library is not installed.
+    """
+    if options.sign_on is None:
+        return None
+    if options.people is None:
+        raise UsageError("--sign-on needs --people: somebody must come in where the provider does not answer")
+    from homeostat.console.sign_on.settings import SignOnError
+    from homeostat.console.sign_on.sign_on import SignOn
+
+    try:
+        found = SignOn(options.sign_on, Accounts(options.people))
+    except (SignOnError, AccountsError) as error:
+        raise UsageError(str(error)) from error
+    address = urlsplit(found.settings.address)
+    host = f"[{address.hostname}]" if ":" in (address.hostname or "") else address.hostname
+    scheme = "https" if options.tls_certificate is not None else "http"
+    if host not in hosts or address.scheme != scheme:
+        raise UsageError(
+            f"{str(options.sign_on)!r}: the page's address is {found.settings.address!r}, but it is served by {scheme}"
+            f" as {', '.join(hosts)}"
+        )
+    return found
 
 
 def encrypted(options: argparse.Namespace) -> tuple[Tls | None, tuple[str, ...]]:

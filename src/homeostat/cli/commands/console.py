@@ -26,7 +26,7 @@ from homeostat.service.order import OrderError
 def carry_out(options: argparse.Namespace) -> int:
     """Show the run until Ctrl-C, which is the way to end it: 0."""
     try:
-        from homeostat.cli.serving import encrypted, known, serving
+        from homeostat.cli.serving import encrypted, known, serving, signed_on
         from homeostat.console.server.app import application
         from homeostat.console.server.serve import listening, serve
     except ImportError as error:
@@ -38,7 +38,8 @@ def carry_out(options: argparse.Namespace) -> int:
     run = watched(run_dir, options.case) if attached else opened(run_dir, options.case)
     served = serving(people, run_dir, attached or run.goes_on(), hosts)
     other = None if options.beside is None else opened(run_directory(options.beside), options.case)
-    app = application(run, replace(served, beside=other, model=_model(options)))
+    served = replace(served, beside=other, model=_model(options), sign_on=signed_on(options, hosts))
+    app = application(run, served)
     try:
         at = listening(options.port, options.address)
     except OSError as error:

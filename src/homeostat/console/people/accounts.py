@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
-import stat
 import unicodedata
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Final, Literal, final
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from homeostat.console.people.owned import NotOwned, reading
 from homeostat.domain.mode import Role
 from homeostat.domain.quotation import is_unseen
 
@@ -43,21 +42,57 @@ class Access(StrEnum):
         return None if self is Access.VIEWER else Role(self.value)
 
 
-class Account(BaseModel):
-    """One person."""
+class Asked(StrEnum):
+    """Who must have a second factor to sign in; whoever has one always needs it."""
+
+    NOBODY = "nobody"
+    """Who was not enrolled signs in with the password alone."""
+    ORDERING = "ordering"
+    """Whoever may order."""
+    EVERYBODY = "everybody"
+    """Viewers, too."""
+
+
+class Person(BaseModel):
+    """Somebody who may look, and perhaps order."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     name: str = Field(min_length=1, max_length=LONGEST_NAME)
     access: Access = Field(strict=False)
+
+
+class Account(Person):
+    """A person whom the file knows."""
+
     argon2id: str = Field(pattern=r"^\$argon2id\$", max_length=300)
+    totp: str | None = Field(default=None, pattern=r"^[A-Z2-7]{32,128}$")
+    """What a second factor's codes are made from, in base 32; None for nobody's."""
 
 
-class _File(BaseModel):
+class AccountsFile(BaseModel):
+    """What the file says."""
+
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     schema_: Literal[1] = Field(alias="schema")
     people: list[Account]
+    second_factor: Asked = Field(default=Asked.NOBODY, strict=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """Everybody, and what is asked of them."""
+
+    people: Mapping[str, Account]
+    """Name, folded -> account."""
+    asked: Asked
+    """Who must have a second factor."""
+
+    def lacks(self, account: Account) -> bool:
+        """Whether ``account`` must have a second factor, and has none."""
+        needed = self.asked is Asked.EVERYBODY or (self.asked is Asked.ORDERING and account.access.role is not None)
+        return needed and account.totp is None
 
 
 @final
@@ -66,55 +101,36 @@ class Accounts:
 
     def __init__(self, path: Path) -> None:
         """``path``: the file; AccountsError where it cannot be used."""
-        self._path = path
+        self.path: Final = path
+        """The file."""
         self._seen: tuple[int, int, int] | None = None
-        self._known: Mapping[str, Account] = {}
-        self.all()
+        self._known = Known({}, Asked.NOBODY)
+        self.known()
 
-    def all(self) -> Mapping[str, Account]:
-        """Name, folded -> account; AccountsError where the file is not for its owner alone, or says nothing usable."""
+    def known(self) -> Known:
+        """What the file says; AccountsError where it is not for its owner alone, or says nothing usable."""
         try:
-            descriptor = os.open(self._path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+            with reading(self.path) as file:
+                found = os.fstat(file.fileno())
+                seen = found.st_ino, found.st_mtime_ns, found.st_size
+                if seen != self._seen:
+                    self._known = _parsed(file.read(LARGEST + 1), self.path)
+                    self._seen = seen
+        except NotOwned as error:
+            raise AccountsError(str(error)) from error
         except OSError as error:
             raise AccountsError(
-                f"{str(self._path)!r} cannot be used: {error.strerror}; 'homeostat people add' makes it"
+                f"{str(self.path)!r} cannot be used: {error.strerror}; 'homeostat people add' makes it"
             ) from error
-        with os.fdopen(descriptor, "rb") as file:
-            found = os.fstat(file.fileno())
-            if not stat.S_ISREG(found.st_mode) or found.st_mode & 0o077 or found.st_uid not in (os.getuid(), 0):
-                raise AccountsError(f"{str(self._path)!r} must be a file that its owner alone can use: chmod 600")
-            seen = found.st_ino, found.st_mtime_ns, found.st_size
-            if seen != self._seen:
-                self._known = _parsed(file.read(LARGEST + 1), self._path)
-                self._seen = seen
         return self._known
+
+    def all(self) -> Mapping[str, Account]:
+        """Name, folded -> account; AccountsError as :meth:`known`."""
+        return self.known().people
 
     def of(self, name: str) -> Account | None:
         """The account of ``name``, whatever its capitals; None where there is none."""
         return self.all().get(folded(name))
-
-
-def added(path: Path, account: Account) -> bool:
-    """Put ``account`` into the file at ``path``, which is made where there is none; whether it replaced one.
-
-    AccountsError where the file cannot be used.
-    """
-    with _changing(path):
-        known = dict(Accounts(path).all()) if path.exists() else {}
-        replaced = folded(account.name) in known
-        known[folded(account.name)] = account
-        _write(path, known)
-    return replaced
-
-
-def removed(path: Path, name: str) -> None:
-    """Take the account of ``name`` out of the file at ``path``; AccountsError where it has none."""
-    with _changing(path):
-        known = dict(Accounts(path).all())
-        if known.pop(folded(name), None) is None:
-            have = ", ".join(sorted(account.name for account in known.values())) or "nobody"
-            raise AccountsError(f"{str(path)!r} has no account of {name!r}; it has {have}")
-        _write(path, known)
 
 
 def folded(name: str) -> str:
@@ -130,41 +146,16 @@ def check_name(name: str) -> str:
     return trimmed
 
 
-def _parsed(content: bytes, path: Path) -> Mapping[str, Account]:
+def _parsed(content: bytes, path: Path) -> Known:
     if len(content) > LARGEST:
         raise AccountsError(f"{str(path)!r} has more than {LARGEST} byte; it is no file of accounts")
     try:
-        people = _File.model_validate_json(content).people
+        said = AccountsFile.model_validate_json(content)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         place = ".".join(map(str, first["loc"]))
         raise AccountsError(f"{str(path)!r} is no file of accounts: {place}: {first['msg']}") from None
-    known = {folded(account.name): account for account in people}
-    if len(known) < len(people):
+    known = {folded(account.name): account for account in said.people}
+    if len(known) < len(said.people):
         raise AccountsError(f"{str(path)!r} has two accounts of one name; remove one")
-    return known
-
-
-@contextmanager
-def _changing(path: Path) -> Iterator[None]:
-    """Nobody else changes the accounts meanwhile."""
-    descriptor = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(descriptor)
-
-
-def _write(path: Path, known: Mapping[str, Account]) -> None:
-    content = _File(schema=1, people=list(known.values())).model_dump_json(by_alias=True, indent=1).encode() + b"\n"
-    fresh = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    descriptor = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o600)
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        fresh.replace(path)
-    finally:
-        fresh.unlink(missing_ok=True)
+    return Known(known, said.second_factor)

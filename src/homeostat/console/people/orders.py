@@ -10,7 +10,7 @@ from typing import Final, Literal, final
 from pydantic import BaseModel, ConfigDict, Field
 
 from homeostat.console.opened import OpenedRun
-from homeostat.console.people.accounts import Account
+from homeostat.console.people.accounts import Person
 from homeostat.domain.events.people import PersonHeard
 from homeostat.domain.mode import PersonCommand, Verb
 
@@ -73,19 +73,19 @@ class Orders:
         self._lock = threading.Lock()
         self._going: set[str] = set()
 
-    def earlier(self, ordered: Ordered, account: Account) -> Came | None:
+    def earlier(self, ordered: Ordered, person: Person) -> Came | None:
         """What came of the order before, where the journal has it: a page that lost the answer asks again."""
         self._run.refresh()
         for entry in reversed(self._run.entries):
             event = entry.event
             if isinstance(event, PersonHeard) and event.command == ordered.id:
-                return Came(event.done, event.reason, event.missing > 0) if _is_of(event, ordered, account) else None
+                return Came(event.done, event.reason, event.missing > 0) if _is_of(event, ordered, person) else None
         return None
 
-    def check(self, ordered: Ordered, account: Account) -> None:
-        """Objection where ``account`` may not order it, or what was shown is not what waits any more."""
-        if account.access.role is None:
-            raise Objection("role", f"{account.name!r} is a viewer and orders nothing")
+    def check(self, ordered: Ordered, person: Person) -> None:
+        """Objection where ``person`` may not order it, or what was shown is not what waits any more."""
+        if person.access.role is None:
+            raise Objection("role", f"{person.name!r} is a viewer and orders nothing")
         if ordered.verb is not Verb.APPROVE:
             return
         self._run.refresh()
@@ -98,28 +98,28 @@ class Orders:
         if not ordered.digest or waits[0].digest != ordered.digest:
             raise Objection("changed", f"what was shown is not what request {ordered.subject!r} is now; look again")
 
-    def give(self, ordered: Ordered, account: Account) -> Came:
+    def give(self, ordered: Ordered, person: Person) -> Came:
         """Pass it on, and wait for the answer; Objection as :meth:`check`, NotGiven where there is no answer."""
         with self._lock:
             if ordered.id in self._going:
                 raise Objection("busy", "the order is on its way already; wait for its answer")
             self._going.add(ordered.id)
         try:
-            came = self.earlier(ordered, account)
+            came = self.earlier(ordered, person)
             if came is not None:
                 return came
-            self.check(ordered, account)
-            role = account.access.role
+            self.check(ordered, person)
+            role = person.access.role
             assert role is not None
             about = ordered.subject, ordered.digest, ordered.reason
-            named = ordered.id, account.name, role, ordered.verb
+            named = ordered.id, person.name, role, ordered.verb
             return self._give(PersonCommand(*named, *about, seconds=ordered.seconds))
         finally:
             with self._lock:
                 self._going.discard(ordered.id)
 
 
-def _is_of(event: PersonHeard, ordered: Ordered, account: Account) -> bool:
+def _is_of(event: PersonHeard, ordered: Ordered, person: Person) -> bool:
     """Whether ``event`` is of that order: a door adds the login to the name."""
-    named = event.person == account.name or event.person.startswith(f"{account.name} (login ")
+    named = event.person == person.name or event.person.startswith(f"{person.name} (login ")
     return named and event.verb == ordered.verb.value and event.subject == ordered.subject

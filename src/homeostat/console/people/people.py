@@ -6,7 +6,8 @@ import sys
 from collections.abc import Callable
 from typing import Final, final
 
-from homeostat.console.people.accounts import Account, Accounts, AccountsError, folded
+from homeostat.console.people.accounts import Account, Accounts, AccountsError, Known, Person, folded
+from homeostat.console.people.codes import Codes, CodesError
 from homeostat.console.people.passwords import is_right
 from homeostat.console.people.sessions import Session, Sessions
 from homeostat.console.people.tries import Tries
@@ -14,6 +15,8 @@ from homeostat.domain.quotation import printable
 
 WRONG: Final = "name and password do not belong together"
 """What is said of every failed sign-in, whoever has an account."""
+WRONG_WITH_CODES: Final = "name, password and code (of who has one) do not belong together"
+"""The same where some have a second factor, of everybody."""
 
 
 class Unproven(Exception):
@@ -40,20 +43,50 @@ class People:
         sessions: Sessions | None = None,
         tries: Tries | None = None,
         log: Callable[[str], None] = tell,
+        codes: Codes | None = None,
     ) -> None:
-        """``accounts`` of everybody; ``log`` is told who signs in, fails to, or signs out."""
-        self._accounts, self._log = accounts, log
-        self._sessions, self._tries = sessions or Sessions(), tries or Tries()
+        """``accounts`` of everybody; ``log`` is told who signs in, fails to, or signs out.
 
-    def sign_in(self, name: str, password: str, address: str) -> tuple[str, Session]:
-        """A new session of ``name``, after its token; Unproven where ``password`` is not theirs. It takes a while."""
-        account = self._proven(name, password, address)
-        self._log(f"{account.name!r} signed in as {account.access.value} from {address}")
-        return self._sessions.begin(account)
+        ``codes`` takes second factors' codes; it is made from ``accounts`` where there is none. CodesError where it
+        could not keep which were used, and somebody has one.
+        """
+        self._accounts, self.log = accounts, log
+        self._sessions, self._tries = sessions or Sessions(), tries or Tries()
+        self._codes = codes or Codes(accounts.path)
+        if self.have_codes:
+            self._codes.check()
+
+    @property
+    def have_codes(self) -> bool:
+        """Whether anybody has a second factor."""
+        try:
+            return any(account.totp is not None for account in self._accounts.all().values())
+        except AccountsError:
+            return False
+
+    def sign_in(self, name: str, password: str, address: str, code: str = "") -> tuple[str, Session]:
+        """A new session of ``name``, after its token; Unproven where ``password`` is not theirs. It takes a while.
+
+        ``code`` is their second factor's, where they have one.
+        """
+        account, known = self._proven(name, password, address, code)
+        if known.lacks(account):
+            self.log(f"{account.name!r} has no second factor, and must have one to sign in from {address}")
+            raise Unproven(f"{account.name!r} needs a second factor to sign in: 'homeostat people enrol' gives it")
+        return self.begin(account, f"from {address}")
+
+    def begin(self, person: Person, how: str) -> tuple[str, Session]:
+        """A new session of ``person``, who has shown who they are, after its token; ``how`` is logged."""
+        self.log(f"{person.name!r} signed in as {person.access.value} {how}")
+        return self._sessions.begin(person)
+
+    def showing(self, csrf: str) -> Session | None:
+        """The session whose page shows ``csrf``; None where it is over."""
+        return self._sessions.showing(csrf)
 
     def confirm(self, session: Session, password: str, address: str) -> Account:
         """The account of ``session`` as it is now; Unproven where ``password`` is not theirs. It takes a while."""
-        return self._proven(session.account.name, password, address)
+        return self._proven(session.person.name, password, address, None)[0]
 
     def session(self, token: str | None) -> Session | None:
         """The session that ``token`` names; None where it is over, or the account was changed since."""
@@ -61,10 +94,13 @@ class People:
         if session is None or token is None:
             return None
         try:
-            unchanged = self._accounts.of(session.account.name) == session.account
+            known, person = self._accounts.known(), session.person
         except AccountsError as error:
-            self._log(f"nobody is let in: {error}")
+            self.log(f"nobody is let in: {error}")
             return None
+        found = known.people.get(folded(person.name))
+        own = isinstance(person, Account)  # the name of a provider's person may have been given to somebody since
+        unchanged = found == person and not known.lacks(person) if own else found is None
         if not unchanged:
             self._sessions.end(token)
         return session if unchanged else None
@@ -74,21 +110,36 @@ class People:
         session = self.session(token)
         if session is not None and token is not None:
             self._sessions.end(token)
-            self._log(f"{session.account.name!r} signed out")
+            self.log(f"{session.person.name!r} signed out")
 
-    def _proven(self, name: str, password: str, address: str) -> Account:
-        who = f"name {folded(name)}", f"address {address}"
-        wait_s = self._tries.wait_s(*who)
+    def _proven(self, name: str, password: str, address: str, code: str | None) -> tuple[Account, Known]:
+        """The account of ``name`` and what is asked of everybody; ``code`` is None where none is asked for."""
+        try:
+            known = self._accounts.known()
+        except AccountsError as error:
+            self.log(f"nobody is let in: {error}")
+            raise Unproven("the accounts cannot be read; see where the console was started") from error
+        account, who = known.people.get(folded(name)), (f"name {folded(name)}", f"address {address}")
+        needed = account is not None and account.totp is not None and code is not None
+        wait_s = max(self._tries.wait_s(*who), self._codes.wait_s(account) if needed and account else 0.0)
         if wait_s > 0.0:
             raise Unproven(f"too many failed tries; try again in {wait_s:.0f} s", wait_s)
         self._tries.failed(*who)  # before the check: many at once are no way around it
-        try:
-            account = self._accounts.of(name)
-        except AccountsError as error:
-            self._log(f"nobody is let in: {error}")
-            raise Unproven("the accounts cannot be read; see where the console was started") from error
-        if not is_right(password, None if account is None else account.argon2id) or account is None:
-            self._log(f"a sign-in as {name[:60]!r} from {address} has failed")
-            raise Unproven(WRONG)
+        right = is_right(password, None if account is None else account.argon2id)
+        if account is None or not right or (needed and not self._taken(account, code or "", address)):
+            self.log(f"a sign-in as {name[:60]!r} from {address} has failed")
+            raise Unproven(WRONG_WITH_CODES if self.have_codes else WRONG)
         self._tries.succeeded(*who)
-        return account
+        return account, known
+
+    def _taken(self, account: Account, code: str, address: str) -> bool:
+        """Whether ``code`` is one that ``account`` has not used yet."""
+        try:
+            if self._codes.accept(account, code):
+                return True
+        except CodesError as error:
+            self.log(f"nobody who has a second factor is let in: {error}")
+            raise Unproven("codes cannot be checked; see where the console was started") from error
+        if code:
+            self.log(f"{account.name!r} gave the right password and a code that is wrong or was used, from {address}")
+        return False

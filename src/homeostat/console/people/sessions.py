@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, final
 
-from homeostat.console.people.accounts import Account
+from homeostat.console.people.accounts import Person
 
 IDLE_S: Final = 1800.0
 """A session that nobody uses for so long ends, wall-clock [s]; a page that is open uses it."""
@@ -23,8 +23,8 @@ MOST: Final = 500
 class Session:
     """One browser that somebody has signed in from."""
 
-    account: Account
-    """Who, as the account was then."""
+    person: Person
+    """Who, as they were known then."""
     csrf: str
     """What a page must show with every order: other pages do not know it."""
     begun: float
@@ -42,12 +42,12 @@ class Sessions:
         self._clock = clock
         self._open: dict[str, Session] = {}
 
-    def begin(self, account: Account) -> tuple[str, Session]:
-        """A new session of ``account``, after the token that names it."""
+    def begin(self, person: Person) -> tuple[str, Session]:
+        """A new session of ``person``, after the token that names it."""
         token, now = secrets.token_urlsafe(32), self._clock()
         while len(self._open) >= MOST:
             self._open.pop(min(self._open, key=lambda name: self._open[name].used))
-        self._open[_name(token)] = session = Session(account, secrets.token_urlsafe(32), now, now)
+        self._open[_name(token)] = session = Session(person, secrets.token_urlsafe(32), now, now)
         return token, session
 
     def of(self, token: str) -> Session | None:
@@ -61,6 +61,13 @@ class Sessions:
             return None
         session.used = now
         return session
+
+    def showing(self, csrf: str) -> Session | None:
+        """The session whose page shows ``csrf``, which is not used by that; None where there is none any more."""
+        now = self._clock()
+        found = next((s for s in self._open.values() if secrets.compare_digest(s.csrf, csrf)), None)
+        over = found is None or now - found.used > IDLE_S or now - found.begun > LONGEST_S
+        return None if over else found
 
     def end(self, token: str) -> None:
         """The session that ``token`` names is over."""

@@ -1,4 +1,4 @@
-"""How often passwords may be tried: after a few failures the next one must wait, longer and longer."""
+"""How often passwords and codes may be tried: after a few failures the next one must wait, longer and longer."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Final, final
 
 FREE: Final = 5
 """Failures in a row that cost nothing: people mistype."""
-LONGEST_S: Final = 30.0
-"""Longest wait, wall-clock [s]: whoever guesses at an operator's password must not keep the operator from the plant."""
+LONGEST_S: Final = 40.0
+"""Longest wait, wall-clock [s]: whoever guesses at an operator's password must not keep the operator from the plant,
+and tries not more than 100 in an hour (OWASP ASVS 2.2.1)."""
 FORGOTTEN_S: Final = 900.0
 """Failures before this are forgotten, wall-clock [s]."""
 MOST: Final = 10_000
@@ -18,11 +19,19 @@ MOST: Final = 10_000
 
 @final
 class Tries:
-    """Counts failures by name and by address."""
+    """Counts failures by whose they are."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        """Nobody has failed yet; ``clock`` tells seconds and is set by nobody."""
-        self._clock = clock
+    def __init__(
+        self,
+        clock: Callable[[], float] = time.monotonic,
+        longest_s: float = LONGEST_S,
+        forgotten_s: float = FORGOTTEN_S,
+    ) -> None:
+        """Nobody has failed yet; ``clock`` tells seconds and is set by nobody.
+
+        ``longest_s`` is the longest wait [s]; failures before ``forgotten_s`` are forgotten [s].
+        """
+        self._clock, self._longest_s, self._forgotten_s = clock, longest_s, forgotten_s
         self._failed: dict[str, tuple[int, float]] = {}
 
     def wait_s(self, *who: str) -> float:
@@ -31,7 +40,7 @@ class Tries:
         for key in who:
             count, last = self._failed.get(key, (0, now))
             if count >= FREE:
-                longest = max(longest, last + min(LONGEST_S, 2.0 ** (count - FREE)) - now)
+                longest = max(longest, last + min(self._longest_s, 2.0 ** min(count - FREE, 30)) - now)
         return longest
 
     def failed(self, *who: str) -> None:
@@ -39,7 +48,7 @@ class Tries:
         now = self._clock()
         for key in who:
             count, last = self._failed.pop(key, (0, now))
-            self._failed[key] = (1 if now - last > FORGOTTEN_S else count + 1, now)
+            self._failed[key] = (1 if now - last > self._forgotten_s else count + 1, now)
         while len(self._failed) > MOST:
             self._failed.pop(next(iter(self._failed)))
 

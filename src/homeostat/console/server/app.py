@@ -1,10 +1,12 @@
 """The server's answers: a page, what it shows as JSON, and a stream of moments (server-sent events)."""
 
+from __future__ import annotations
+
 import threading
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, replace
 from importlib.resources import files
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -28,6 +30,9 @@ from homeostat.console.server.events import Events
 from homeostat.console.server.stream import FASTEST, SLOWEST, Moments
 from homeostat.console.view import seen, shown
 from homeostat.llm.model import LanguageModel
+
+if TYPE_CHECKING:  # it loads a library that is needed only where there is one
+    from homeostat.console.sign_on.sign_on import SignOn
 
 HOSTS: Final = ("127.0.0.1", "localhost")
 """Names under which the page may be asked for: another one is another page's, which had its name resolved to here."""
@@ -67,13 +72,16 @@ class Serving:
     """Says the card in other words; None where there is none."""
     beside: OpenedRun | None = None
     """Another run that is shown beside it; None for none."""
+    sign_on: SignOn | None = None
+    """A provider that knows people, too; None for none."""
 
 
 def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
     """The answers to everything that may be asked of ``run``; nothing is written but what ``serving`` lets order."""
     ending = threading.Event()
     answers = _Answers(run, ending, (serving.beside is not None, "" if serving.model is None else serving.model.name))
-    desk = Desk(serving.people, None if serving.give is None else Orders(run, serving.give), serving.secure)
+    orders = None if serving.give is None else Orders(run, serving.give)
+    desk = Desk(serving.people, orders, serving.secure, serving.sign_on)
     routes = [Route(path, _file(*content), methods=["GET"]) for path, content in _PAGE.items()]
     routes += [
         Route("/api/run", answers.run, methods=["GET"]),
@@ -85,6 +93,7 @@ def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
         *_beside(serving.beside, ending),
         *Asking(run, serving.model).routes(),
         *desk.routes(),
+        *_gate(serving),
     ]
     guards = [
         Middleware(_Headers, serving.secure),
@@ -104,6 +113,15 @@ def _beside(other: OpenedRun | None, ending: threading.Event) -> list[Route]:
     answers = _Answers(other, ending)
     found = {"run": answers.run, "moment": answers.moment, "trend": answers.trend}
     return [Route(f"/api/other/{name}", answer, methods=["GET"]) for name, answer in found.items()]
+
+
+def _gate(serving: Serving) -> list[Route]:
+    """The way to a provider and back, where there is one."""
+    if serving.people is None or serving.sign_on is None:
+        return []
+    from homeostat.console.server.sign_on import Gate
+
+    return Gate(serving.people, serving.sign_on, serving.secure).routes()
 
 
 class _Headers:

@@ -84,6 +84,6 @@ class Asking:
 def _refused(request: Request) -> Response | None:
     """The answer to a viewer, who only looks; None for everybody else."""
     session = session_of(request)
-    if session is None or session.account.access is not Access.VIEWER:
+    if session is None or session.person.access is not Access.VIEWER:
         return None
-    return json_answer({"error": f"{session.account.name!r} is a viewer and asks nothing"}, 403)
+    return json_answer({"error": f"{session.person.name!r} is a viewer and asks nothing"}, 403)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Final, TypeVar, final
+from typing import TYPE_CHECKING, Final, TypeVar, final
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from starlette.concurrency import run_in_threadpool
@@ -11,11 +11,15 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
+from homeostat.console.people.accounts import Account
 from homeostat.console.people.orders import PROVEN, NotGiven, Objection, Ordered, Orders
 from homeostat.console.people.people import People, Unproven
 from homeostat.console.people.sessions import Session
 from homeostat.console.server.admission import cookie, kept_by, session_of
 from homeostat.console.server.asked import AskedWrong, json_answer
+
+if TYPE_CHECKING:  # it loads a library that is needed only where there is one
+    from homeostat.console.sign_on.sign_on import SignOn
 
 M = TypeVar("M", bound=BaseModel)
 LARGEST: Final = 10_000
@@ -28,15 +32,21 @@ class _SigningIn(BaseModel):
 
     name: str = Field(min_length=1, max_length=200)
     password: str = Field(min_length=1, max_length=500)
+    code: str = Field(default="", max_length=40)
 
 
 @final
 class Desk:
     """One console's desk."""
 
-    def __init__(self, people: People | None, orders: Orders | None, secure: bool) -> None:
-        """``secure``: whether what is sent is encrypted. Nobody orders where there are no people or no ``orders``."""
-        self._people, self._orders, self._secure = people, orders, secure
+    def __init__(
+        self, people: People | None, orders: Orders | None, secure: bool, sign_on: SignOn | None = None
+    ) -> None:
+        """``secure``: whether what is sent is encrypted. Nobody orders where there are no people or no ``orders``.
+
+        ``sign_on`` knows people, too, where there is one.
+        """
+        self._people, self._orders, self._secure, self._sign_on = people, orders, secure, sign_on
 
     def routes(self) -> list[Route]:
         """What is answered here."""
@@ -59,7 +69,7 @@ class Desk:
         assert self._people is not None
         given = await body(request, _SigningIn)
         try:
-            proof = given.name, given.password, _address(request)
+            proof = given.name, given.password, _address(request), given.code
             token, session = await run_in_threadpool(self._people.sign_in, *proof)
         except Unproven as unproven:
             return _unproven(unproven)
@@ -82,15 +92,17 @@ class Desk:
         assert session is not None and people is not None and orders is not None
         ordered = await body(request, Ordered)
         try:
-            account = session.account
-            await run_in_threadpool(orders.check, ordered, account)
-            if ordered.verb in PROVEN:
-                account = await run_in_threadpool(people.confirm, session, ordered.password, _address(request))
-            return json_answer(await run_in_threadpool(orders.give, ordered, account))
+            person = session.person
+            await run_in_threadpool(orders.check, ordered, person)
+            if ordered.verb in PROVEN and not isinstance(person, Account) and self._sign_on is not None:
+                person = self._sign_on.confirm(session, ordered)
+            elif ordered.verb in PROVEN:
+                person = await run_in_threadpool(people.confirm, session, ordered.password, _address(request))
+            return json_answer(await run_in_threadpool(orders.give, ordered, person))
         except Unproven as unproven:
             return _unproven(unproven)
         except Objection as objection:
-            earlier = await run_in_threadpool(orders.earlier, ordered, session.account)
+            earlier = await run_in_threadpool(orders.earlier, ordered, session.person)
             if earlier is not None:  # it was carried out, and the answer was lost
                 return json_answer(earlier)
             return json_answer({"error": str(objection)}, _STATUS[objection.fault])
@@ -98,12 +110,15 @@ class Desk:
             return json_answer({"error": str(lost), "unknown": True}, 502)
 
     def _told(self, session: Session | None) -> dict[str, object]:
-        account = None if session is None else session.account
+        person = None if session is None else session.person
         return {
             "people": self._people is not None,
+            "codes": self._people is not None and self._people.have_codes,
             "orders": self._orders is not None,
-            "name": None if account is None else account.name,
-            "access": None if account is None else account.access.value,
+            "name": None if person is None else person.name,
+            "access": None if person is None else person.access.value,
+            "sign_on": None if self._sign_on is None else self._sign_on.settings.title,
+            "by_sign_on": person is not None and not isinstance(person, Account),
             "token": None if session is None else session.csrf,
         }
 

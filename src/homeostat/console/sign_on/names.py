@@ -1,0 +1,55 @@
+"""Names of a provider's people: the first one that somebody has stays theirs, and nobody else gets it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Final, final
+
+from homeostat.console.people.accounts import folded
+from homeostat.console.people.owned import NotOwned, changing, reading, replace
+from homeostat.console.sign_on.settings import SignOnError
+
+_LARGEST: Final = 10_000_000
+
+
+@final
+class Names:
+    """Who has which name, kept beside the settings: the journal's names must be people, whatever a provider renames."""
+
+    def __init__(self, settings: Path) -> None:
+        """``settings``: their file."""
+        self._path = settings.with_name(f"{settings.name}.names")
+
+    def known(self) -> dict[str, str]:
+        """Subject -> name; SignOnError where the file cannot be used."""
+        try:
+            with reading(self._path) as file:
+                found = json.loads(file.read(_LARGEST))
+        except FileNotFoundError:
+            return {}
+        except (OSError, NotOwned) as error:
+            raise SignOnError(str(error)) from error
+        except ValueError as error:
+            raise SignOnError(f"{str(self._path)!r} does not say who has which name") from error
+        if not isinstance(found, dict) or not all(isinstance(name, str) for name in found.values()):
+            raise SignOnError(f"{str(self._path)!r} does not say who has which name")
+        return found
+
+    def of(self, subject: str, name: str) -> str | None:
+        """The name of ``subject``, which is ``name`` where they had none; None where somebody else has that.
+
+        SignOnError where it cannot be kept.
+        """
+        try:
+            with changing(self._path):
+                known = self.known()
+                if subject in known:
+                    return known[subject]
+                if folded(name) in {folded(taken) for taken in known.values()}:
+                    return None
+                content = json.dumps({**known, subject: name}, indent=1, ensure_ascii=False)
+                replace(self._path, content.encode() + b"\n")
+                return name
+        except OSError as error:
+            raise SignOnError(f"{str(self._path)!r} cannot be written: {error.strerror}") from error
