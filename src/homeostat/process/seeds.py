@@ -33,6 +33,8 @@ class Stream(StrEnum):
     """Hypotheses and parameters of the last check before a release, one child for each of its batches."""
     TWIN_NOISE = "twin/noise"
     """Disturbances and sensor noise of the twin's rollouts, one child for each of its other streams."""
+    TWIN_WANDERING = "twin/wandering"
+    """Paths of what nobody measures, by which readings may differ although nothing is wrong."""
     RULES_REACH = "rules/reach"
     """Where the search for values that violate a rule begins."""
     LINT_COMMANDS = "lint/commands"

@@ -78,7 +78,7 @@ class Twin:
         self._model = model
         self._description = description
         self._carrier = Carrier(model, description)
-        self._isolation = FaultIsolation(model, description, self._carrier, settings)
+        self._isolation = FaultIsolation(model, description, self._carrier, settings, seed)
         self._parameters: tuple[ModelParameter, ...] = description.parameters
         self.settings = settings
         self._seed = seed

@@ -40,6 +40,7 @@ from homeostat.twin.isolation.prior import Prior
 from homeostat.twin.isolation.responses import FIRST_ROW
 from homeostat.twin.isolation.search import Scored, Search
 from homeostat.twin.isolation.sizes import SizeError, stated
+from homeostat.twin.isolation.wandering import paths
 from homeostat.twin.settings import TwinSettings
 
 SECOND_FAULT_NATS = 6.0
@@ -93,9 +94,13 @@ class Question:
 class FaultIsolation:
     """Isolates faults for one plant."""
 
-    def __init__(self, model: ProcessModel, plant: PlantDescription, carrier: Carrier, settings: TwinSettings) -> None:
+    def __init__(
+        self, model: ProcessModel, plant: PlantDescription, carrier: Carrier, settings: TwinSettings, seed: int
+    ) -> None:
+        """``seed`` is that of the twin: what wanders in it is drawn from it, once and for all."""
         self._model, self._plant, self._carrier, self._settings = model, plant, carrier, settings
-        self._accuracy = Accuracy(settings.errors, settings.gain_error, settings.lag_error_s, settings.damping)
+        told = settings.errors, settings.gain_error, settings.lag_error_s, settings.damping
+        self._accuracy = Accuracy(*told, paths(seed))
         self._size_error = SizeError(settings.size_error, settings.least_size_error)
         sensors = {s.component: s.variable for s in plant.signals if s.relation is Relation.MEASURES}
         self._calibrated = {p.symbol: sensors[p.component] for p in plant.parameters if p.component in sensors}
