@@ -37,7 +37,7 @@ def of_settings(bench: Bench) -> Iterator[Finding]:
         what = (
             f"{amount(production.design_rate, unit)} for each {production.per_s:g} s are {design:.6g} by design in "
             f"{until_s - settled_s:g} s, and the fault-free plant delivers {delivered:.6g} "
-            f"({', '.join(plant.delivered)}): decisions are priced by the one, results by the other"
+            f"({', '.join(plant.delivered)}): decisions count losses against the one, results against the other"
         )
         remedy = "let throughput, design_rate and per_s count what is delivered, in its unit"
         yield Finding(Severity.WARNING, "fault-free", Place(SETTINGS, None, "objective, delivered"), what, remedy)
