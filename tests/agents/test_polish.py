@@ -11,6 +11,7 @@ from homeostat.agents.checks import command_findings
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Situation
+from homeostat.agents.search import action
 from homeostat.agents.search.cost import Cost
 from homeostat.domain.advice import Advice
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
@@ -89,3 +90,9 @@ def test_a_route_is_left_as_it_is() -> None:
     path = RecoveryPath(machine, transitions)
     given = ActionSet.along(path, lambda state: ())
     assert polished(given, path) == given
+
+
+def test_what_is_simulated_in_parts_is_judged_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = polished(proposed(0.01))
+    monkeypatch.setattr(action, "MOST_ROWS", 20_000)
+    assert polished(proposed(0.01)) == whole

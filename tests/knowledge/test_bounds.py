@@ -32,6 +32,13 @@ def bench(tmp_path: Path) -> Workbench:
     return Workbench.at(tmp_path / "plant")
 
 
+def test_a_number_that_was_written_with_six_digits_is_at_its_bound(bench: Workbench) -> None:
+    """A range of 17 K goes through in a second at most: 17.0001 K/s is that, written, and 17.01 K/s is not."""
+    for rate, refused in (("17.0001", False), ("17.01", True)):
+        bench.edit("signals", where(lambda row: row["tag"] == "T1.sp", rate_limit=rate))
+        assert any("rate_limit" in line for line in said(bench)) is refused
+
+
 @pytest.mark.parametrize(
     ("table", "change", "code", "thing", "words"),
     ABSURD,

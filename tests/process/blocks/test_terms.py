@@ -9,8 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.process.blocks.code.writing import MEMBER, STAGE, Scope, function, how_often
+from homeostat.process.blocks.code.writing import Scope, function
 from homeostat.process.blocks.term import (
+    MEMBER,
+    STAGE,
     Leaf,
     Term,
     evaluate,
@@ -71,7 +73,7 @@ def test_a_term_of_parameters_alone_is_worked_out_once_per_member() -> None:
     second = Scope({X: "x0"}, STAGE, "s", member)
     second.name(X * exp(P))
     assert member.lines == ["w0 = math.exp(p0)"] and second.lines == ["s0 = x0 * w0"]
-    assert how_often(exp(P)) == MEMBER and how_often(X * exp(P)) == STAGE
+    assert exp(P).often == MEMBER and (X * exp(P)).often == STAGE
 
 
 def test_equal_trees_are_one_term() -> None:

@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,10 @@ class SearchSettings:
     """Step of each refinement on those."""
     known: Known = lambda situation, target: ()
     """What the first look and the finalists take in besides, as from a playbook."""
+
+
+MOST_ROWS: Final = 400_000
+"""Ticks that are simulated at once, over all members: what they show lies in memory until it is judged."""
 
 
 class SearchAction:
@@ -204,13 +208,14 @@ class SearchAction:
         """What each of ``actions`` comes to on ``ensemble``, whoever asked first: shape (actions, 1 + criteria)."""
         judged = self._judged_on(ensemble)
         untried = [a for a in actions if _key(a) not in judged]
-        if untried:
-            if untried[0].then:
-                tried = twin.follow_many(ensemble, untried, refuse=False)
+        most = max(MOST_ROWS // (len(ensemble.weights) * twin.horizon), 1)
+        for some in (untried[k : k + most] for k in range(0, len(untried), most)):
+            if some[0].then:
+                tried = twin.follow_many(ensemble, some, refuse=False)
             else:
-                tried = twin.try_many(ensemble, twin.schedules(untried, twin.horizon), refuse=False)
-            rows = self._cost.judge(*tried, ensemble.weights, untried)
-            judged.update(zip(map(_key, untried), rows, strict=True))
+                tried = twin.try_many(ensemble, twin.schedules(some, twin.horizon), refuse=False)
+            rows = self._cost.judge(*tried, ensemble.weights, some)
+            judged.update(zip(map(_key, some), rows, strict=True))
         return np.stack([judged[_key(a)] for a in actions])
 
 

@@ -44,6 +44,9 @@ LARGEST_THRESHOLD: Final = 0.5
 _SAME: Final = 1e-9
 """Share of a tag's range by which two values differ that are written differently and mean the same [1]."""
 
+_DIGITS: Final = 1e-5
+"""Share of a number by which it may be beyond its bound [1]: what follows from tables is written with six digits."""
+
 
 def trips(plant: PlantDescription) -> Found:
     """What trips, and what may be lifted, is small beside what the instruments of a limit can show."""
@@ -52,7 +55,7 @@ def trips(plant: PlantDescription) -> Found:
         thing = f"trip of limit {name!r}"
         for formula in _watched(plant, name):
             unit, (most, why) = formula.unit, _slowest(plant, formula, ranges)
-            if rule.cusum > most:
+            if rule.cusum > most * (1.0 + _DIGITS):
                 yield _too_much(thing, "trips.csv, cusum", rule.cusum, most, f"{unit} s", why)
         yield from _lift(plant, name, rule.lift)
     for limit in plant.limits.hard:
@@ -211,7 +214,7 @@ def _speed(thing: str, column: str, value: float, tag: Tag, timing: Timing) -> F
 
 
 def _within(thing: str, column: str, value: float, allowed: tuple[float, float], tag: Tag, unit: str) -> Found:
-    if not allowed[0] <= value <= allowed[1]:
+    if not allowed[0] * (1.0 - _DIGITS) <= value <= allowed[1] * (1.0 + _DIGITS):
         message = f"{column} {value:g} {unit} is outside {allowed[0]:g} to {allowed[1]:g} {unit}"
         about = f"what the range of {tag.name!r}, {tag.range.low:g} to {tag.range.high:g} {tag.unit}, allows"
         yield Code.BAD_NUMBER, thing, f"{message}, {about}; correct the cell"

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from homeostat.process.batch import Kernel
 from homeostat.process.blocks.code.source import kernel_source
-from homeostat.process.blocks.flowsheet import Flowsheet
+from homeostat.process.blocks.code.steps import aged, begun, coloured, commanded, sensed, shifted, stuck
+from homeostat.process.blocks.flowsheet import COMMANDS, SETPOINTS, Flowsheet
 from homeostat.process.blocks.hydraulics.solver import solve_network
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import fault
@@ -20,15 +21,16 @@ from homeostat.process.blocks.present.resuming import resume_controllers
 from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate
 from homeostat.process.compiled import compiled
 from homeostat.process.departures import reached, restore, show
-from homeostat.process.equipment import approach, clip, lag_share, pid_integral, pid_output, pid_tracking
+from homeostat.process.equipment import approach, lag_share, pid_integral, pid_output, pid_tracking
 from homeostat.process.kernel import Columns, CompiledKernel
-from homeostat.process.noise import normal
 from homeostat.process.types import Cube, Table, Vec
 
 MEASURED = 120
 """Readings whose mean says how what comes in has been lately."""
 _BLOCKS: Mapping[str, Any] = {
-    "math": math, "approach": approach, "clip": clip, "lag_share": lag_share, "normal": normal,
+    "math": math, "approach": approach, "lag_share": lag_share,
+    "aged": aged, "begun": begun, "coloured": coloured, "commanded": commanded, "sensed": sensed, "shifted": shifted,
+    "stuck": stuck,
     "pid_integral": pid_integral, "pid_output": pid_output, "pid_tracking": pid_tracking,
     "reached": reached, "restore": restore, "show": show,
     "solve_network": solve_network,
@@ -115,7 +117,11 @@ class ComposedModel:
 
     def estimate(self, readings: Mapping[str, float]) -> Vec:
         """A state that agrees with smoothed readings; what no instrument shows stands where a run begins."""
-        return self._estimation.estimate(readings)
+        found = self._estimation.estimate(readings)
+        if self.flowsheet.replayed == SETPOINTS:  # its own controllers act on from there
+            steady = {name: np.full(2, value) for name, value in readings.items()}
+            resume_controllers(self.layout, found[None], steady, self._estimation.parameters)
+        return found
 
     def settle(
         self, states: Table, inputs: Table, parameters: Table, severity: Table, onset_s: Table, at_s: float
@@ -174,9 +180,9 @@ class ComposedModel:
         return shown, true
 
     def replay_inputs(self, readings: Mapping[str, Vec], inputs: Table) -> Table:
-        """Recorded commands by hand, and what instruments said of what comes in."""
+        """Recorded commands by hand, or setpoints where the flowsheet says so, and what was read of what comes in."""
         replay = inputs.copy()
-        for a in self.flowsheet.actuators.values():
+        for a in self.flowsheet.actuators.values() if self.flowsheet.replayed == COMMANDS else ():
             if a.automatic is not None and a.command in readings:
                 replay[:, self.inputs.index(a.manual)] = readings[a.command]
         for d in self.flowsheet.disturbances.values():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Container, Iterator, Mapping
-from typing import Final, final
+from typing import Final, Literal, final
 
 from homeostat.process.blocks.parts import (
     Actuator,
@@ -29,6 +29,11 @@ _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,40}")
 LONGEST_DELAY: Final = 600
 """Longest dead time, and analyser's time, in ticks: each of a dead time is a number that every member carries."""
 
+COMMANDS: Final = "commands"
+"""A record is followed by what was commanded."""
+SETPOINTS: Final = "setpoints"
+"""A record is followed by what was to be held."""
+
 
 class FlowsheetError(ValueError):
     """A flowsheet that cannot be a model; the message says what is wrong and what to do."""
@@ -41,12 +46,18 @@ class Flowsheet:
     Wherever a term is taken, a string is the symbol of a parameter of the tables. All flows and rates are per second.
     """
 
-    def __init__(self, parts: int = 1) -> None:
-        """``parts``: steps of the integration (Runge-Kutta 4) in a tick."""
+    def __init__(self, parts: int = 1, replayed: Literal["commands", "setpoints"] = COMMANDS) -> None:
+        """``parts``: steps of the integration (Runge-Kutta 4) in a tick.
+
+        ``replayed``: what the twin is given when it follows a record. ``setpoints`` is for a plant that runs away under
+        the commands of another one, however near: its own controllers act then.
+        """
         if not 1 <= parts <= 100:
             raise FlowsheetError(f"parts = {parts}: a tick is integrated in 1 to 100 steps")
         self.parts = term(float(parts))
         """Steps of the integration in a tick, a whole number; a term where that depends on the states."""
+        self.replayed = replayed
+        """What the twin is given when it follows a record."""
         self.states: dict[str, State] = {}
         self.actuators: dict[str, Actuator] = {}
         self.controllers: dict[str, Controller] = {}

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final
 
 from homeostat.process.blocks.flowsheet import LONGEST_DELAY, Flowsheet, FlowsheetError
 from homeostat.process.blocks.hydraulics.solver import room
 from homeostat.process.blocks.parts import Delay, Disturbance, Hold, Network
 from homeostat.process.blocks.term import TIME, Leaf, Term, leaves
 from homeostat.process.departures import ACTUATOR_STATES, BEFORE_ACTUATOR, NOISE_LAW, Departures
+
+MOST_APART: Final = 20
+"""States up to which each is a variable of the kernel's source."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +141,15 @@ class Layout:
         for each in self.sheet.lags.values():
             if isinstance(each, Network):
                 rooms[each.name], at = at, at + room(len(each.junctions), len(each.branches))
-        return {**rooms, "": at}
+        return {**rooms, "": at if self.room_of_states is None else at + 3 * len(self.sheet.states)}
+
+    @property
+    def room_of_states(self) -> int | None:
+        """Where the states' numbers begin in the kernel's room; None where they are few and have variables."""
+        if len(self.sheet.states) <= MOST_APART:
+            return None
+        networks = [each for each in self.sheet.lags.values() if isinstance(each, Network)]
+        return max(len(self.sheet.sensors), 1) + sum(room(len(n.junctions), len(n.branches)) for n in networks)
 
     @cached_property
     def healthy(self) -> Mapping[Term, float]:

@@ -7,10 +7,11 @@ as source code of a kernel, evaluated with arrays, and its unit follows from tho
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from functools import lru_cache
 from typing import Any, Final, TypeAlias, cast, final
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -36,30 +37,43 @@ class Leaf(Enum):
     """Seconds since the plant was started."""
 
 
+MEMBER, EACH_TICK, STAGE = 0, 1, 2
+"""How often a term changes: with the member, each tick, or within it, with the states."""
+_OFTEN: Final = {
+    Leaf.PARAMETER: MEMBER, Leaf.TICK: MEMBER, Leaf.INPUT: EACH_TICK, Leaf.FAULT: EACH_TICK, Leaf.AGE: EACH_TICK,
+    Leaf.TIME: EACH_TICK, Leaf.HELD: EACH_TICK, Leaf.STATE: STAGE,
+}  # fmt: skip
+
+
 @final
 class Term:
-    """A leaf, a number, or an operation on terms. Equal where it is the same tree; it never changes."""
+    """A leaf, a number, or an operation on terms. The same tree is the same object, and never changes.
 
-    __slots__ = ("_hash", "args", "op", "value")
+    Equations share their parts many times over: trees that are compared or walked again each time take for ever.
+    """
 
-    def __init__(self, op: Leaf | str, args: tuple[Term, ...] = (), value: str | float = "") -> None:
-        self.op = op
-        """A kind of leaf, ``number``, or the name of an operation."""
-        self.args = args
-        """What the operation is done to."""
-        self.value = value
-        """Name of a leaf, or a number."""
-        self._hash = hash((op, args, value))
+    __slots__ = ("__weakref__", "args", "often", "op", "value")
+    op: Leaf | str
+    """A kind of leaf, ``number``, or the name of an operation."""
+    args: tuple[Term, ...]
+    """What the operation is done to."""
+    value: str | float
+    """Name of a leaf, or a number."""
+    often: int
+    """How often it changes: ``MEMBER``, ``EACH_TICK`` or ``STAGE``."""
 
-    def __hash__(self) -> int:
-        return self._hash
+    def __new__(cls, op: Leaf | str, args: tuple[Term, ...] = (), value: str | float = "") -> Term:
+        """The term that there is of this tree, or a new one."""
+        found = _THERE.get((op, args, value))
+        if found is not None:
+            return found
+        made = object.__new__(cls)
+        made.op, made.args, made.value = op, args, value
+        made.often = _OFTEN[op] if isinstance(op, Leaf) else max((each.often for each in args), default=MEMBER)
+        return _THERE.setdefault((op, args, value), made)
 
-    def __eq__(self, other: object) -> bool:
-        if self is other:
-            return True
-        if not isinstance(other, Term) or self._hash != other._hash:
-            return False
-        return self.op == other.op and self.value == other.value and self.args == other.args
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (Term, (self.op, self.args, self.value))
 
     def __bool__(self) -> bool:
         raise TypeError("equations are written down before there are numbers: write where(condition, then, otherwise)")
@@ -120,6 +134,7 @@ class Term:
         return Term("le", (term(other), self))
 
 
+_THERE: Final[WeakValueDictionary[tuple[Leaf | str, tuple[Term, ...], str | float], Term]] = WeakValueDictionary()
 Operand: TypeAlias = "Term | float | str"
 """A term; a number; or a string, which is the symbol of a parameter."""
 Values: TypeAlias = Mapping[Term, Any]
@@ -233,8 +248,13 @@ def evaluate(of: Term, values: Values) -> Any:
 
 @lru_cache(maxsize=4096)
 def _worked_out(of: Term) -> tuple[tuple[Term, ...], Callable[..., Any]]:
-    """The leaves of a term, and a function of their values: what is the same is worked out once, in straight lines."""
-    own = tuple(sorted(leaves(of), key=repr))
+    own, function = together((of,))
+    return own, lambda *given: function(*given)[0]
+
+
+def together(terms: Sequence[Term]) -> tuple[tuple[Term, ...], Callable[..., Any]]:
+    """The leaves of terms, and a function of their values: what is the same is worked out once, in straight lines."""
+    own = tuple(sorted(leaves(*terms), key=repr))
     names = {each: f"x{i}" for i, each in enumerate(own)}
     lines = [f"def function({', '.join(names.values())}):"]
 
@@ -248,7 +268,8 @@ def _worked_out(of: Term) -> tuple[tuple[Term, ...], Callable[..., Any]]:
             lines.append(f"    {new} = {made}")
         return names[each]
 
-    lines.append(f"    return {name(of)}")
+    results = "".join(f"{name(each)}, " for each in terms)
+    lines.append(f"    return ({results})")
     room: dict[str, Any] = {f"{op}_": does for op, does in NUMPY.items()}
     exec("\n".join(lines), room)
     return own, cast(Callable[..., Any], room["function"])

@@ -11,12 +11,11 @@ from collections.abc import Iterator, Sequence
 from typing import Final, final
 
 from homeostat.process.blocks.code.control import conclude, control
-from homeostat.process.blocks.code.writing import EACH_TICK, MEMBER, Scope, function
+from homeostat.process.blocks.code.writing import Scope, function
 from homeostat.process.blocks.hydraulics.solver import ENOUGH
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import Actuator, Delay, Disturbance, Hold, Lag, Network, Sensor, State
-from homeostat.process.blocks.term import TICK, TIME, ZERO, Leaf, Term, leaves, maximum
-from homeostat.process.moving import SAME_S
+from homeostat.process.blocks.term import EACH_TICK, MEMBER, TICK, TIME, ZERO, Leaf, Term, leaves, maximum
 
 _HEAD: Final = (
     "def advance(first, last, x, p, sev, onset, u, u_of, t0, begin, steps, stride, seeds, process, sensor, picks, out,",
@@ -41,6 +40,7 @@ class _Source:
     def __init__(self, layout: Layout) -> None:
         self._layout, self._sheet, self._at, self._tick = layout, layout.sheet, layout.column, repr(layout.tick_s)
         self._states = tuple(s.term for s in layout.sheet.states.values())
+        self._room = layout.room_of_states
         parameters = {Term(Leaf.PARAMETER, value=n): f"p{i}" for i, n in enumerate(layout.parameters)}
         held = {Term(Leaf.HELD, value=n): f"xm[{i}]" for i, n in enumerate(layout.states)}
         inputs = {Term(Leaf.INPUT, value=n): f"um[k, {i}]" for i, n in enumerate(layout.inputs)}
@@ -60,11 +60,12 @@ class _Source:
 
     def text(self) -> str:
         """The whole source."""
-        slopes, needs = function("slopes", self._states, list(self._layout.rates.values()))
+        rates = list(self._layout.rates.values())
+        slopes, needs = function("slopes", self._states, rates, self._room)
         shown = [*(s.of for s in self._sheet.sensors.values()), *(q.of for q in self._sheet.quantities.values())]
         measures, wants = function("measures", self._states, shown)
         body = self._whole_tick(needs, wants)
-        physical = " and ".join(map(self._possible, self._sheet.states.values()))
+        physical = " & ".join(map(self._possible, self._sheet.states.values()))
         lines = [
             *slopes, "", *measures, "", *_HEAD,
             f"        if not ({physical}):",
@@ -87,15 +88,16 @@ class _Source:
 
     def _possible(self, state: State) -> str:
         """The condition under which a state is one of a plant."""
-        least = f"-{_MOST} <" if state.least is None else f"{state.least!r} <="
-        return f"{'0.0 <' if state.unit == 'K' else least} xm[{self._at[state.name]}] < {_MOST}"
+        x = f"xm[{self._at[state.name]}]"
+        least = f"(-{_MOST} < {x})" if state.least is None else f"({state.least!r} <= {x})"
+        return f"{f'(0.0 < {x})' if state.unit == 'K' else least} & ({x} < {_MOST})"  # no `and`: each is a branch
 
     def _whole_tick(self, needs: Sequence[Term], wants: Sequence[Term]) -> list[str]:
         scope = self._each
-        scope.say(*(f"f{i} = sm[{i}] if t >= om[{i}] - {SAME_S!r} else 0.0" for i in range(len(self._layout.faults))))
+        scope.say(*(f"f{i} = begun(sm[{i}], om[{i}], t)" for i in range(len(self._layout.faults))))
         for i, name in enumerate(self._layout.faults):
             if Term(Leaf.AGE, value=name) in self._used:
-                scope.say(f"a{i} = t - om[{i}] if t >= om[{i}] - {SAME_S!r} else 0.0")
+                scope.say(f"a{i} = aged(om[{i}], t)")
         for m in self._sheet.memories.values():
             scope.say(f"xm[{self._at[m.name]}] = {scope.name(m.update)}")
             scope = scope.forget()
@@ -113,12 +115,13 @@ class _Source:
             self._follow(each, scope)
             scope = scope.forget()
         self._integrate([scope.name(each) for each in needs], scope)
-        given = [*(f"y{i}" for i in range(len(self._states))), *(scope.name(each) for each in wants)]
+        at_end = [f"y{i}" if self._room is None else f"xm[{i}]" for i in range(len(self._states))]
+        given = [*at_end, *(scope.name(each) for each in wants)]
         named = [f"q{i}" for i in range(len(self._sheet.sensors) + len(self._sheet.quantities))]
         scope.say(f"{', '.join(named)}, = measures({', '.join(given)})", f"tick = math.floor(t / {self._tick} + 1.5)")
         for i, name in enumerate(self._layout.faults):
             if Term(Leaf.FAULT, value=name) in self._off:  # what an instrument does wrong shows at the end of the tick
-                scope.say(f"g{i} = sm[{i}] if t + {self._tick} >= om[{i}] - {SAME_S!r} else 0.0")
+                scope.say(f"g{i} = begun(sm[{i}], om[{i}], t + {self._tick})")
         shown = () if self._beyond is None else self._beyond.departures.instruments
         columns = f"({', '.join(str(self._at[name]) for name in shown)},)"
         if self._beyond is not None:
@@ -139,15 +142,15 @@ class _Source:
     def _act(self, a: Actuator, scope: Scope) -> Scope:
         """The command that reaches an actuator, and where it stands after a tick."""
         at, command = self._at, f"xm[{self._at[a.command]}]"
-        scope.say(f"by_hand = um[k, {self._layout.inputs.index(a.manual)}]")
         automatic = command if a.automatic is None else scope.name(a.automatic)
-        scope.say(f"{command} = clip({automatic} if math.isnan(by_hand) else by_hand, 0.0, 1.0)", f"go = {command}")
+        by_hand = f"um[k, {self._layout.inputs.index(a.manual)}]"
+        scope.say(f"{command} = commanded({automatic}, {by_hand})", f"go = {command}")
         if self._beyond is not None and (place := self._beyond.before(a.name)) is not None:
             scope.say(f"go = reached({command}, xm, {place[0]}, pm, {place[1]}, {self._tick})")
         for name, where in ((a.stuck_closed, "1.0 - {}"), (a.stuck_open, "{}")):
             if name in self._layout.faults:
                 active = f"f{self._layout.faults.index(name)}"
-                scope.say(f"if {active} > 0.0:", f"    go = {where.format(active)}")
+                scope.say(f"go = stuck(go, {active}, {where.format(active)})")
         scope.say(f"before = xm[{at[a.positions[-1]]}]")
         for column, tau in zip(a.positions, a.lags, strict=True):
             scope.say(
@@ -169,8 +172,8 @@ class _Source:
         else:
             share = "1.0" if d.tau is None else self._share(maximum(d.tau, 1e-6))
             now_tick = f"math.floor(t / {self._tick} + 0.5)"
-            drawn = f"{noise} += {share} * (loud * normal(seed, {now_tick}, {channel}) - {noise})"
-            scope.say("if loud > 0.0:", f"    {drawn}", f"{now} = {mean} + {sd} * {noise}")
+            scope.say(f"{noise} = coloured({noise}, {share}, loud, seed, {now_tick}, {channel})")
+            scope.say(f"{now} = {mean} + {sd} * {noise}")
         if d.measured is not None:
             sensor = self._sheet.sensors[d.measured]
             bias = self._member.name(sensor.bias)
@@ -195,7 +198,7 @@ class _Source:
             return
         columns = each.columns(self._layout.tick_s)
         first, last = self._at[columns[0]], self._at[columns[-1]]
-        scope.say(f"for j in range({first}, {last}):", "    xm[j] = xm[j + 1]", f"xm[{last}] = {value}")
+        scope.say(f"shifted(xm, {first}, {last}, {value})")
 
     def _flow(self, network: Network, scope: Scope) -> None:
         """Heads and flows of a network, by its solver."""
@@ -210,20 +213,24 @@ class _Source:
 
     def _integrate(self, given: Sequence[str], scope: Scope) -> None:
         """Runge-Kutta 4 over a tick with everything held that is no state."""
-        ys = [f"y{i}" for i in range(len(self._states))]
         columns = [f"xm[{self._at[name]}]" for name in self._sheet.states]
+        ys = [f"y{i}" for i in range(len(self._states))] if self._room is None else columns
         parts = scope.name(self._sheet.parts)
-        scope.say(*(f"{y} = {column}" for y, column in zip(ys, columns, strict=True)))
-        inner = list(_runge_kutta(ys, given))
+        if self._room is None:
+            scope.say(*(f"{y} = {column}" for y, column in zip(ys, columns, strict=True)))
+            inner = list(_runge_kutta(ys, given))
+        else:
+            inner = list(_runge_kutta_in_place(len(ys), self._room, given))
         if parts == "1.0":
             scope.say(f"h = {self._tick}", *inner)
         else:
             rounds = f"for _ in range(int({parts})):"
             scope.say(f"h = {self._tick} / {parts}", rounds, *(f"    {line}" for line in inner))
-        for i, state in enumerate(self._sheet.states.values()):
+        for y, state in zip(ys, self._sheet.states.values(), strict=True):
             if state.least is not None:
-                scope.say(f"y{i} = max(y{i}, {state.least!r})")
-        scope.say(*(f"{column} = {y}" for y, column in zip(ys, columns, strict=True)))
+                scope.say(f"{y} = max({y}, {state.least!r})")
+        if self._room is None:
+            scope.say(*(f"{column} = {y}" for y, column in zip(ys, columns, strict=True)))
 
     def _show(self, s: Sensor, channel: int) -> Iterator[str]:
         """What a transmitter shows of ``q`` at the end of the tick."""
@@ -231,18 +238,13 @@ class _Source:
         true, ideal, shown = (f"xm[{self._at[name]}]" for name in (s.true, s.ideal, s.name))
         off = "" if s.off == ZERO else f" + {self._shown.name(s.off)}"
         yield from self._shown.taken()
-        noise = f"noisy * {sd} * normal(seed, tick, {channel})"
         yield f"{true} = q{channel}"
         yield f"{ideal} = {true} * (1.0 + {bias}){off}" if s.relative else f"{ideal} = {true} + {bias}{off}"
         every = max(round(s.every_s / self._layout.tick_s), 1)
-        within = "" if every == 1 else "    "
-        if within:
-            yield f"if tick % {every} == 0:"
-        yield f"{within}{shown} = {ideal}"
-        yield f"{within}if noisy > 0.0:"
-        yield f"{within}    {shown} *= 1.0 + {noise}" if s.relative else f"{within}    {shown} += {noise}"
+        drawn = f"{sd}, noisy, seed, tick, {channel}, {every}, {s.relative}"
+        yield f"{shown} = sensed({shown}, {ideal}, {drawn})"
         if s.step > 0.0:
-            yield f"{within}{shown} = {s.step!r} * math.floor({shown} / {s.step!r} + 0.5)"
+            yield f"{shown} = {s.step!r} * math.floor({shown} / {s.step!r} + 0.5)"
 
 
 def _runge_kutta(ys: Sequence[str], given: Sequence[str]) -> Iterator[str]:
@@ -253,3 +255,20 @@ def _runge_kutta(ys: Sequence[str], given: Sequence[str]) -> Iterator[str]:
         yield f"{made}, = slopes({', '.join(at)}{', ' + held if held else ''})"
     for i, y in enumerate(ys):
         yield f"{y} += h / 6.0 * (a{i} + 2.0 * b{i} + 2.0 * c{i} + d{i})"
+
+
+def _runge_kutta_in_place(count: int, at: int, given: Sequence[str]) -> Iterator[str]:
+    """A step of ``count`` states, which are the first columns, with room from ``at`` on for three numbers of each."""
+    held = "".join(f", {each}" for each in given)
+    yield f"for j in range({count}):"
+    yield f"    work[{at + count} + j], work[{at + 2 * count} + j] = 0.0, 0.0"
+    yield "for stage in range(4):"
+    yield "    share = 0.0 if stage == 0 else h if stage == 3 else 0.5 * h"
+    yield "    times = 2.0 if stage == 1 or stage == 2 else 1.0"
+    yield f"    for j in range({count}):"
+    yield f"        work[{at} + j] = xm[j] + share * work[{at + count} + j]"
+    yield f"    slopes(work{held})"
+    yield f"    for j in range({count}):"
+    yield f"        work[{at + 2 * count} + j] += times * work[{at + count} + j]"
+    yield f"for j in range({count}):"
+    yield f"    xm[j] += h / 6.0 * work[{at + 2 * count} + j]"

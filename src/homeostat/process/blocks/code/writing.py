@@ -5,27 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final, final
 
-from homeostat.process.blocks.term import Leaf, Term
+from homeostat.process.blocks.term import STAGE, Leaf, Term
 
-MEMBER, EACH_TICK, STAGE = 0, 1, 2
-"""How often a term changes: with the member, each tick, or within it, with the states."""
 _CODE: Final[Mapping[str, str]] = {
     "add": "{} + {}", "sub": "{} - {}", "mul": "{} * {}", "div": "{} / {}", "pow": "math.pow({}, {})", "abs": "abs({})",
     "exp": "math.exp({})", "log": "math.log({})", "sqrt": "math.sqrt(max({}, 0.0))", "min": "min({}, {})",
     "max": "max({}, {})", "unit": "{}", "lt": "{} < {}", "le": "{} <= {}", "where": "{1} if {0} else {2}",
     "and": "{} and {}", "or": "{} or {}",
 }  # fmt: skip
-_OFTEN: Final = {
-    Leaf.PARAMETER: MEMBER, Leaf.TICK: MEMBER, Leaf.INPUT: EACH_TICK, Leaf.FAULT: EACH_TICK, Leaf.AGE: EACH_TICK,
-    Leaf.TIME: EACH_TICK, Leaf.HELD: EACH_TICK, Leaf.STATE: STAGE,
-}  # fmt: skip
-
-
-def how_often(term: Term) -> int:
-    """How often ``term`` changes."""
-    if isinstance(term.op, Leaf):
-        return _OFTEN[term.op]
-    return max((how_often(each) for each in term.args), default=MEMBER)
 
 
 @final
@@ -45,7 +32,7 @@ class Scope:
             return self._known[term]
         if term.op == "number":
             return repr(float(term.value))
-        if self._outer is not None and how_often(term) < self._often:
+        if self._outer is not None and term.often < self._often:
             return self._outer.name(term)
         assert not isinstance(term.op, Leaf), f"{term!r} is not known here"
         args = [self.name(each) for each in term.args]
@@ -79,29 +66,38 @@ class Scope:
         return fresh
 
 
-def function(name: str, states: Sequence[Term], outputs: Sequence[Term]) -> tuple[list[str], tuple[Term, ...]]:
+def function(
+    name: str, states: Sequence[Term], outputs: Sequence[Term], room: int | None = None
+) -> tuple[list[str], tuple[Term, ...]]:
     """Source of a function of the states, and of terms that do not change within a tick: its lines, and these terms.
 
     It takes ``y0``, ``y1`` and so on for ``states`` and ``h0``, ``h1`` and so on for the other terms, and returns a
-    tuple of ``outputs``.
+    tuple of ``outputs``. With ``room`` it takes an array in place of the states, which has them from ``room`` on and
+    gets the outputs after them: hundreds of variables that are set again and again take numba minutes.
     """
     given: dict[Term, str] = {}
+    seen: set[int] = set()
     for each in outputs:
-        _frontier(each, given)
-    known = {state: f"y{i}" for i, state in enumerate(states)} | given
+        _frontier(each, given, seen)
+    names = [f"y{i}" if room is None else f"work[{room + i}]" for i in range(len(states))]
+    known = dict(zip(states, names, strict=True)) | given
     inside = Scope(known, STAGE, "v")
     results = [inside.name(each) for each in outputs]
-    takes = [*(f"y{i}" for i in range(len(states))), *given.values()]
-    body = [*inside.lines, f"return ({', '.join(results)},)"]
+    takes = [*(names if room is None else ["work"]), *given.values()]
+    end = [f"return ({', '.join(results)},)"]
+    if room is not None:
+        end = [f"work[{room + len(states) + i}] = {result}" for i, result in enumerate(results)]
+    body = [*inside.lines, *end]
     return [f"def {name}({', '.join(takes)}):", *(f"    {line}" for line in body)], tuple(given)
 
 
-def _frontier(term: Term, given: dict[Term, str]) -> None:
-    """Collect the largest parts of ``term`` that do not change within a tick."""
-    if term.op == "number" or term in given:
+def _frontier(term: Term, given: dict[Term, str], seen: set[int]) -> None:
+    """Collect the largest parts of ``term`` that do not change within a tick; ``seen``: those that were looked at."""
+    if term.op == "number" or id(term) in seen:
         return
-    if how_often(term) < STAGE:
-        given[term] = f"h{len(given)}"
+    seen.add(id(term))
+    if term.often < STAGE:
+        given.setdefault(term, f"h{len(given)}")
         return
     for each in term.args:
-        _frontier(each, given)
+        _frontier(each, given, seen)

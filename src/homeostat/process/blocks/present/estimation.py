@@ -10,15 +10,17 @@ import numpy as np
 from homeostat.process.blocks.hydraulics.solver import room, solve_network
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import Delay, Lag, Network, Sensor, held
-from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate, leaves, replaced
+from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate, leaves, replaced, together
 from homeostat.process.types import Table, Vec
 
 _ROUNDS: Final = 8
 _PRIOR: Final = 1e-6
 """Weight of where a run begins beside a reading: it decides only what no instrument shows."""
 _NUDGE: Final = 1e-5
+_SHARES: Final = 0.5 ** np.arange(8.0)
+"""Shares of a Gauss-Newton step of which the best is gone."""
 _REST: Final = 1.0
-"""Seconds in which a state that rests may move by 1 as easily as a reading is off by its noise."""
+"""Ticks in which a state that rests may move by 1 as easily as a reading is off by its noise."""
 
 
 @final
@@ -34,6 +36,8 @@ class Estimation:
         """``stated``: best estimate of every parameter; without one of them nothing can be estimated."""
         self._layout, sheet = layout, layout.sheet
         self._stated = {of: stated.get(n, np.nan) for n, of in layout.leaf[Leaf.PARAMETER].items()}
+        self.parameters: Vec = np.array([stated.get(n, np.nan) for n in layout.parameters])
+        """Best estimate of every parameter, shape (parameters,)."""
         self._states = [s.term for s in sheet.states.values()]
         self._least = np.array([-np.inf if s.least is None else s.least for s in sheet.states.values()])
         behind = {held(_column(each)): each.of for each in sheet.lags.values() if isinstance(each, (Lag, Delay))}
@@ -93,21 +97,42 @@ class Estimation:
             states[:, self._layout.column[s.true]] = evaluate(s.of, values)
 
     def _solved(self, first: Vec, values: dict[Term, Any], readings: Mapping[str, float]) -> Vec:
-        """States that agree best with ``readings``, from ``first`` on."""
+        """States that agree best with ``readings``, from ``first`` on; no step makes them agree less."""
         used = [s for s in self._telling if s.name in readings and np.isfinite(readings[s.name])]
+        if not used:
+            return np.asarray(np.maximum(first, self._least))
+        said = np.array([readings[s.name] for s in used])
+        weights = np.concatenate(
+            [[1.0 / self._noise(s) for s in used], np.full(len(self._resting), _REST * self._layout.tick_s)]
+        )
         scale, x = np.maximum(np.abs(first), 1.0), np.maximum(first, self._least)
-        for _ in range(_ROUNDS if used else 0):
-            values.update(zip(self._states, x.tolist(), strict=True))
-            rows = [self._slope(self._settled[s.name], values) / self._noise(s) for s in used]
-            off = [(readings[s.name] - evaluate(self._settled[s.name], values)) / self._noise(s) for s in used]
-            rows += [_REST * self._slope(rate, values) for rate in self._resting]
-            off += [-_REST * evaluate(rate, values) for rate in self._resting]
-            prior = np.diag(_PRIOR / scale)
-            step = np.linalg.lstsq(
-                np.vstack([*rows, prior]), np.concatenate([off, prior @ (first - x)]), rcond=None
-            )[0]  # fmt: skip
-            x = np.maximum(x + step, self._least)
-            if np.all(np.abs(step) <= 1e-9 * scale):
+        own, function = together([*(self._settled[s.name] for s in used), *self._resting])
+        nudge = _NUDGE * np.maximum(np.abs(x), 1.0)
+        prior = np.diag(_PRIOR / scale)
+
+        def off(at: Table) -> Table:
+            """Of states, shape (n, states), how far each reading and rate is off, shape (n, readings and rates)."""
+            there = values | dict(zip(self._states, at.T, strict=True))
+            with np.errstate(all="ignore"):
+                found = function(*(there[leaf] for leaf in own))
+            shown = np.stack([np.broadcast_to(each, len(at)) for each in found], axis=1)
+            shown[:, : len(said)] -= said
+            return np.asarray(-shown * weights)
+
+        for _ in range(_ROUNDS):
+            shifts = np.concatenate([np.diag(nudge), -np.diag(nudge), np.zeros((1, len(x)))])
+            rows = off(x + shifts)
+            slopes = (rows[len(x) : -1] - rows[: len(x)]) / (2.0 * nudge[:, None])
+            now = np.concatenate([rows[-1], prior @ (first - x)])
+            step = np.linalg.lstsq(np.vstack([slopes.T, prior]), now, rcond=None)[0]
+            tried = np.maximum(x + _SHARES[:, None] * step, self._least)
+            left = np.concatenate([off(tried), (first - tried) @ prior], axis=1)
+            missed = np.where(np.isfinite(left).all(axis=1), np.square(left).sum(axis=1), np.inf)
+            best = int(np.argmin(missed))
+            if not missed[best] < np.square(now).sum():
+                break
+            moved, x = np.abs(tried[best] - x), tried[best]
+            if np.all(moved <= 1e-9 * scale):
                 break
         return np.asarray(x)
 

@@ -98,6 +98,11 @@ def _output(
     None if nothing tells.
     """
     how, moved, inner = follows(c, layout)
+    least = float(evaluate(c.law.least, known))
+    shown = next((s.name for s in layout.sheet.sensors.values() if s.of == c.output and s.name in readings), None)
+    if shown is not None:
+        output = readings[shown][1:]
+        return output, _inside(output, least), np.zeros(rows, dtype=np.bool_)
     for a in sorted(moved, key=lambda a: _by_hand_at_last(a, readings)):
         if a.command not in readings:
             continue
@@ -106,15 +111,15 @@ def _output(
         command = readings[a.command][1:]
         if how is Follows.BY_HAND:
             return command - evaluate(c.law.beside, known), (command > 0.0) & (command < 1.0), by_hand
-        output = command if how is Follows.SELECTED else _inverse(a.automatic, c.output, command, known)
-        return output, _inside(output), by_hand
+        output = command if how is Follows.SELECTED else _inverse(a.automatic, c.output, command, known, least)
+        return output, _inside(output, least), by_hand
     for i in inner:
         assert i.setpoint is not None
         used = readings.get(i.given)
         reading = readings[i.measured][1:] - readings.get(f"{i.measured}_err", np.zeros(rows + 1))[1:]
         target = reading if used is None else np.where(np.isnan(used[1:]), reading, used[1:])
-        output = _inverse(i.setpoint, c.output, target, known)
-        return output, _inside(output), np.zeros(rows, dtype=np.bool_)
+        output = _inverse(i.setpoint, c.output, target, known, least)
+        return output, _inside(output, least), np.zeros(rows, dtype=np.bool_)
     return None
 
 
@@ -123,14 +128,14 @@ def _by_hand_at_last(a: Actuator, readings: Mapping[str, Vec]) -> bool:
     return a.manual in readings and not np.isnan(readings[a.manual][-1])
 
 
-def _inside(output: Vec) -> NDArray[np.bool_]:
+def _inside(output: Vec, least: float) -> NDArray[np.bool_]:
     """Rows in which an output is inside its limits, and so tells what it was worked out from."""
-    return np.asarray((output > 1e-9) & (output < 1.0 - 1e-9))
+    return np.asarray((output > least + 1e-9) & (output < 1.0 - 1e-9))
 
 
-def _inverse(of: Term, output: Term, wanted: Vec, known: Mapping[Term, Any]) -> Vec:
-    """Output from 0 to 1 at which the monotone term ``of`` it is ``wanted``, by bisection, shape of ``wanted``."""
-    low, high = np.zeros_like(wanted), np.ones_like(wanted)
+def _inverse(of: Term, output: Term, wanted: Vec, known: Mapping[Term, Any], least: float) -> Vec:
+    """Output from ``least`` to 1 at which the monotone term ``of`` it is ``wanted``, by bisection; of its shape."""
+    low, high = np.full_like(wanted, least), np.ones_like(wanted)
     rises = np.mean(evaluate(of, {**known, output: high}) - evaluate(of, {**known, output: low})) >= 0.0
     for _ in range(40):
         middle = 0.5 * (low + high)
