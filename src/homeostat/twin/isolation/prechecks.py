@@ -19,6 +19,7 @@ from homeostat.process.model import ProcessModel
 from homeostat.process.types import Cube, Flags, Indices, Table, Vec
 from homeostat.twin.calibration import prior
 from homeostat.twin.history import Window
+from homeostat.twin.isolation.setpoints import as_followed, followed
 
 EQUAL: Final = 4
 """This many equal readings in a row are no flat line yet."""
@@ -273,10 +274,12 @@ def _simulated(model: ProcessModel, states: Table, parameters: Table, inputs: Cu
 def broken_laws(window: Window, description: PlantDescription, model: ProcessModel) -> tuple[Finding, ...]:
     """Controllers whose output is not what the tables' gains make of the readings and of their output before.
 
-    The model's own controllers go on by one tick from each of the last readings. Not judged are ticks with an
-    output in manual, with a moving setpoint, and with unknown readings; nor are controllers that move now and then
-    only, because they work more slowly or more coarsely than they are looked at. Of an output at a limit nobody knows
-    what was integrated beyond it, so that it is judged by departures alone that are far larger than that.
+    The model's own controllers go on by one tick from each of the last readings, towards the setpoints that those of
+    the plant followed: the inner one of a cascade answers for its own law, not for what it is sent. Not judged are
+    ticks with an output in manual, with a commanded setpoint that moves or one that nobody knows, and with unknown
+    readings; nor are controllers that move now and then only, because they work more slowly or more coarsely than
+    they are looked at. Of an output at a limit nobody knows what was integrated beyond it, so that it is judged by
+    departures alone that are far larger than that.
     """
     rows = _unbroken(window, description, model)
     if not description.loops or len(rows) < SAMPLES:
@@ -285,7 +288,8 @@ def broken_laws(window: Window, description: PlantDescription, model: ProcessMod
     for state, k in zip(states, rows, strict=True):
         state[:] = model.estimate(window.at(k - 1))
         model.resume(state[None], {v: r[k - 2 : k] for v, r in window.readings.items()}, parameters.copy())
-    shown = _simulated(model, states, parameters, window.inputs[rows, None], np.zeros(len(rows)))[:, 0]
+    inputs = as_followed(window, description, model, rows)
+    shown = _simulated(model, states, parameters, inputs[:, None], np.zeros(len(rows)))[:, 0]
     lawful = dict(zip(model.shown, shown.T, strict=True))
     found = (_broken(window, description, loop, rows, lawful) for loop in description.loops)
     return tuple(f for f in found if f is not None)
@@ -312,15 +316,15 @@ def _broken(
     variable = variables[tag.name]
     if variable not in lawful:  # the outer loop of a cascade: what it moves shows in the inner one
         return None
-    output, unset = window.readings[variable], np.full(window.length, np.nan)
-    setpoint = window.readings.get(variables[loop.setpoint], unset)
+    output, known = window.readings[variable], np.isfinite(followed(window, description, loop))
+    commanded = window.readings.get(variables[loop.setpoint], np.full(window.length, np.nan))
     inside = (output > tag.range.low) & (output < tag.range.high)
     automatic = np.ones(window.length, dtype=bool)
     for manual, command in description.automatic.items():
         if command == variable:
             automatic &= np.isnan(window.readings[manual])
-    still = (setpoint[1:] == setpoint[:-1]) | (np.isnan(setpoint[1:]) & np.isnan(setpoint[:-1]))
-    free = still[rows - 1] & still[rows - 2]
+    still = (commanded[1:] == commanded[:-1]) | (np.isnan(commanded[1:]) & np.isnan(commanded[:-1]))
+    free = still[rows - 1] & still[rows - 2] & known[rows] & known[rows - 1]
     free &= automatic[rows] & automatic[rows - 1] & automatic[rows - 2]
     judged, every = free & inside[rows] & inside[rows - 1] & inside[rows - 2], np.abs(output[rows] - lawful[variable])
     if np.count_nonzero(judged) < SAMPLES:
