@@ -8,6 +8,7 @@ normal errors and without the bound this is r' (I + D D')^-1 r.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -48,6 +49,8 @@ STRAINED_MEAN_SQUARE, STRAINED_BLOCK = 1.25, 5.0
 """Where more is left, further changes are looked for; a right explanation leaves 1.1 and 4, on any plant [1]."""
 BLOCK = 30
 """Readings in a block, whose mean square says whether an explanation fits everywhere."""
+MOST_NUMBERS = 20_000_000
+"""Readings that are compared at once, over all sets: a plant of sixty instruments would take all the memory there is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,6 +177,9 @@ class Evidence:
 
         Of one with which the model leaves the physical world it is minus infinity.
         """
+        most = max(MOST_NUMBERS // math.prod(self.shape), 1)
+        if len(sets) > most:
+            return np.concatenate([self.likelihoods(sets[k : k + most]) for k in range(0, len(sets), most)])
         try:
             loss, _ = self.losses(self.residuals(sets))
         except ProcessError:

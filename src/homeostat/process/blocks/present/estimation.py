@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Callable, Container, Mapping
 from typing import Any, Final, final
 
 import numpy as np
@@ -44,6 +44,7 @@ class Estimation:
         self._settled = {s.name: replaced(s.of, behind) for s in sheet.sensors.values()}
         self._telling = [s for s in sheet.sensors.values() if leaves(self._settled[s.name]) & set(self._states)]
         self._direct = {s.name: s for s in self._telling if _about_states(s)}
+        self._functions: dict[tuple[str, ...], tuple[tuple[Term, ...], Callable[..., Any]]] = {}
         self._resting = [layout.rates[str(state.value)] for state in sheet.resting]
         positions = {a.position: a.name for a in sheet.actuators.values()}
         self._position_of = {s.name: positions[s.of] for s in sheet.sensors.values() if s.of in positions}
@@ -106,7 +107,7 @@ class Estimation:
             [[1.0 / self._noise(s) for s in used], np.full(len(self._resting), _REST * self._layout.tick_s)]
         )
         scale, x = np.maximum(np.abs(first), 1.0), np.maximum(first, self._least)
-        own, function = together([*(self._settled[s.name] for s in used), *self._resting])
+        own, function = self._off(tuple(s.name for s in used))
         nudge = _NUDGE * np.maximum(np.abs(x), 1.0)
         prior = np.diag(_PRIOR / scale)
 
@@ -135,6 +136,12 @@ class Estimation:
             if np.all(moved <= 1e-9 * scale):
                 break
         return np.asarray(x)
+
+    def _off(self, names: tuple[str, ...]) -> tuple[tuple[Term, ...], Callable[..., Any]]:
+        """What instruments show and how fast states that rest change, as a function of their leaves."""
+        if names not in self._functions:
+            self._functions[names] = together([*(self._settled[name] for name in names), *self._resting])
+        return self._functions[names]
 
     def _slope(self, of: Term, values: dict[Term, Any]) -> Vec:
         """By how much ``of`` changes with each state, shape (states,)."""

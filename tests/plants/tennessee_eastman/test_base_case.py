@@ -1,0 +1,74 @@
+"""The published base case, and single equations worked out by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from homeostat.plants.tennessee_eastman import flows, substances
+from homeostat.process.blocks.term import Leaf, Term, evaluate, term
+from tests.plants.tennessee_eastman.eastman import DESIGN, SHEET, SHOWN, leaves_at, measured, model, rates, stated
+
+BASE = (
+    0.25052, 3664.0, 4509.3, 9.3477, 26.902, 42.339, 2705.0, 75.0, 120.40, 0.33712, 80.109, 50.0, 2633.7, 25.160, 50.0,
+    3102.2, 22.949, 65.731, 230.31, 341.43, 94.599, 77.297, 32.188, 8.8933, 26.383, 6.8820, 18.776, 1.6567, 32.958,
+    13.823, 23.978, 1.2565, 18.579, 2.2633, 4.8436, 2.2986, 0.01787, 0.83570, 0.09858, 53.724, 43.828,
+)  # fmt: skip
+"""The 41 measurements of the base case (Downs and Vogel 1993, table 4 and 5)."""
+T = Term(Leaf.STATE, value="t")
+
+
+def start() -> dict[Term, object]:
+    """The plant where a run begins."""
+    x = model().initial_state(stated())
+    states = {name: np.array([x[model().layout.column[name]]]) for name in SHEET.states}
+    return leaves_at(states, np.array([DESIGN]), {})
+
+
+def test_a_run_begins_at_the_published_base_case() -> None:
+    shown = measured(start())
+    off = {v: abs(float(np.ravel(shown[v])[0]) / base - 1.0) for v, base in zip(SHOWN, BASE, strict=True)}
+    assert max(off.values()) < 5e-3, off
+
+
+def test_the_base_case_is_at_rest() -> None:
+    values = start()
+    for name, rate in rates(values).items():
+        if name != "product":
+            held = max(abs(float(np.ravel(values[Term(Leaf.STATE, value=name)])[0])), 1e-3)
+            assert abs(float(np.ravel(rate)[0])) < 0.05 * held, name  # by hand: twenty hours at that rate
+
+
+def test_what_is_made_is_what_is_fed_less_what_is_purged() -> None:
+    """A, C, D and E come in as 11.2 + 417.5 + 114.5 + 98 kmol/h, and leave as G and H; B leaves with the purge only."""
+    shown = {v: float(np.ravel(value)[0]) for v, value in measured(start()).items()}
+    inert_in = shown["F4"] / 0.022412 * 0.005 + 1e-4 * (shown["F1"] / 0.022412 + shown["F2"] / 32.0)
+    inert_out = shown["F9"] / 0.022412 * shown["X9B"] / 100.0
+    assert inert_out == pytest.approx(inert_in, rel=0.01)
+
+
+def test_vapour_pressure_and_density_by_hand() -> None:
+    """G at 120.4 degC: exp(16.43 - 2748 / 353.3) mmHg, and 49.9 - 0.0191 T - 4.25e-4 T^2 = 41.44 lb/ft3 of 62 lb."""
+    at = {T: 120.4}
+    mmhg = math.exp(16.43 - 2748.0 / 353.3)
+    assert evaluate(substances.vapour_pressure(6, T), at) == pytest.approx(mmhg * 101.325 / 760.0)
+    assert evaluate(substances.molar_volume(6, T), at) == pytest.approx(62.0 / 41.44 / 35.3145 / 0.454, rel=1e-3)
+
+
+@pytest.mark.parametrize("i", range(8))
+def test_a_heat_capacity_is_the_slope_of_its_enthalpy(i: int) -> None:
+    for heat, capacity in (
+        (substances.liquid_heat, substances.liquid_capacity),
+        (substances.vapour_heat, substances.vapour_capacity),
+    ):
+        slope = (evaluate(heat(i, T), {T: 80.01}) - evaluate(heat(i, T), {T: 79.99})) / 0.02
+        assert evaluate(capacity(i, T), {T: 80.0}) == pytest.approx(slope, rel=1e-6)
+
+
+def test_a_valve_passes_by_the_root_of_its_drop() -> None:
+    """1937.6 lb/h at 1 mmHg are 879.7 kg/h of 20 kg/kmol, and twice that at 4 mmHg; backwards there is no flow."""
+    mmhg = 101.325 / 760.0
+    for drop, flow in ((1.0, 43.98), (4.0, 87.97), (-1.0, 0.0)):
+        assert evaluate(flows.through(1937.6, term(drop * mmhg), term(20.0)), {}) == pytest.approx(flow, rel=1e-3)
