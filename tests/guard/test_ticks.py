@@ -79,4 +79,7 @@ def test_recovery_keeps_some_ticks_for_a_fallback_to_act() -> None:
     slow, fast = usual.for_ticks(60.0), usual.for_ticks(0.1)
     assert (slow.reserve_s, fast.reserve_s) == (300.0, 0.5)
     assert (slow.answer_s, fast.answer_s) == (3600.0, 60.0)
-    assert slow.latency_s == fast.latency_s == usual.latency_s, "how long somebody thinks is not the plant's"
+    assert fast.latency_s == usual.latency_s == 30.0
+    assert slow.latency_s == slow.diagnosis_s == slow.arming_s == slow.check_s == 300.0, "five ticks"
+    assert usual.for_ticks(3600.0).latency_s == 600.0, "and no hours"
+    assert Budget(latency_s=20.0).for_ticks(60.0).latency_s == 20.0, "somebody chose it"

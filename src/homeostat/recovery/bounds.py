@@ -2,7 +2,12 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Final, Self
+
+PATIENCE: Final = 5.0
+"""Ticks that may pass while somebody thinks, where these are more than the usual seconds [1]."""
+LONGEST_S: Final = 600.0
+"""No thinking is longer than this because a plant is looked at rarely [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +34,21 @@ class Budget:
     def for_ticks(self, tick_s: float) -> Self:
         """The same for a plant that is sampled every ``tick_s`` [s].
 
-        What the guard does takes ticks; how long somebody thinks has nothing to do with the plant.
+        What the guard does takes ticks. Where nothing new is seen for a minute, what is known now is worth some
+        minutes of thinking; where readings come each second, it is not. Times that somebody chose are kept.
         """
-        factor = max(tick_s, 1.0)
+        factor, patience_s = max(tick_s, 1.0), min(PATIENCE * tick_s, LONGEST_S)
+
+        def longer(name: str) -> float:
+            chosen: float = getattr(self, name)
+            return max(chosen, patience_s) if chosen == getattr(Budget(), name) else chosen
+
         return replace(
             self,
+            latency_s=longer("latency_s"),
+            diagnosis_s=longer("diagnosis_s"),
+            arming_s=longer("arming_s"),
+            check_s=longer("check_s"),
             reserve_s=self.reserve_s * tick_s,
             answer_s=self.answer_s * factor,
             person_s=self.person_s * factor,

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.safe_states import confirm_s
@@ -26,10 +26,6 @@ from homeostat.recovery.deadline import SHORTEST_S
 
 if TYPE_CHECKING:
     from homeostat.evaluate.lint.deep.faults import Outlook
-
-TICK_S: Final = 1.0
-"""What is noticed and violated between two samples is known to so much [s]."""
-
 
 class Needs(NamedTuple):
     """What a decision about one limit needs, in process seconds."""
@@ -51,8 +47,12 @@ def needs(bench: Bench, limit: str) -> Needs:
     """What a decision needs where ``limit`` is going to be violated."""
     monitoring = bench.plant.monitoring
     accepted = [confirm_s(bench, strategy) for strategy in fallbacks(bench.plant) if limit in strategy.serves]
-    response_s = max([Budget().reserve_s, *accepted])
+    response_s = max([_budget(bench).reserve_s, *accepted])
     return Needs(min(monitoring.evidence_s, monitoring.again_s), SHORTEST_S, response_s)
+
+
+def _budget(bench: Bench) -> Budget:
+    return Budget().for_ticks(bench.plant.description.timing.tick_s)
 
 
 def left_s(noticed_s: float, violated_s: float, review_s: float, horizon_s: float) -> tuple[float, int]:
@@ -72,13 +72,13 @@ def too_little(bench: Bench, outlook: Outlook) -> Iterator[Finding]:
     monitoring, horizon_s = bench.plant.monitoring, float(bench.plant.twin.horizon_s)
     left, reviews = left_s(outlook.noticed_s, outlook.violated_s, monitoring.review_s, horizon_s)
     need = needs(bench, outlook.violates)
-    if left + TICK_S >= need.total_s:
+    if left + bench.plant.description.timing.tick_s >= need.total_s:  # what happens between samples is known to a tick
         return
     what = (
         f"{outlook.fault!r} is noticed after {outlook.noticed_s:g} s and violates {outlook.violates} after "
         f"{outlook.violated_s:g} s while nobody acts"
     )
-    allowed_s = max(min(Budget().latency_s, left - need.response_s), 0.0)
+    allowed_s = max(min(_budget(bench).latency_s, left - need.response_s), 0.0)
     needed = (
         f"thinking is allowed {allowed_s:g} s of it, while a decision needs {need.total_s:g} s ({need.evidence_s:g} s "
         f"of evidence, {need.thinking_s:g} s of thinking, {need.response_s:g} s until the fallback acts)"
