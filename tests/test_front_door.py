@@ -197,13 +197,13 @@ def test_events_of_what_is_no_type_are_refused_in_one_line(run: hs.Run, wrong: A
     [
         ("my_reactor", ("unknown plant 'my_reactor'", "installed: cstr", "a folder is named by its path")),
         ("own", ("own/case.toml: 'title' is missing",)),
-        ("ctsr", ("unknown plant 'ctsr'; did you mean 'cstr'?", "installed: cstr, mixing_module")),
+        ("ctsr", ("unknown plant 'ctsr'; did you mean 'cstr'?", "installed: cstr, mixing_module, tennessee_eastman")),
         ("./nowhere", ("unknown plant './nowhere': there is no folder '", "/nowhere'; correct the path", "installed:")),
         ("./empty", ("unknown plant './empty': the folder '", "/empty' has no case.toml; give the folder of a plant")),
         ("./own/case.toml", ("'./own/case.toml'", "is a file; give the folder that it is in")),
         ("./odd", ("unknown plant './odd': case.toml in the folder '", "/odd' is no file; give the folder of a plant")),
         ("./" + "x" * 5000, ("unknown plant './xxx", "xxx... cannot be used: File name too long; correct the path")),
-        ("x" * 5000, ("unknown plant 'xxx", "xxx...", "installed: cstr, mixing_module; a folder is named by its path")),
+        ("x" * 5000, ("unknown plant 'xxx", "xxx...", "installed: cstr, mixing_module, tennessee_eastman; a folder is named by its path")),
     ],
 )
 def test_a_plant_that_is_not_there_is_refused_with_the_remedy(

@@ -31,7 +31,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_plant_of_a_folder_that_is_named_once_has_a_name(here: Path) -> None:
-    assert plant_names() == ("boiler", "cstr", "mixing_module")
+    assert plant_names() == ("boiler", "cstr", "mixing_module", "tennessee_eastman")
     assert plant_folder("boiler") == here / "boiler"
     assert load_plant("boiler").name == "boiler"
 

@@ -26,7 +26,7 @@ class Valves:
 def controlled(s: Flowsheet) -> Valves:
     """All controllers, outer ones first, and the actuators that they drive."""
     trim = Law(least=term(-1.0))
-    product = s.controller("UC11", "F11", acts=-1, forward="base_index")
+    product = s.controller("UC11", "Q11", acts=-1, forward="base_index")
     held_back = "gain_override" * maximum(s.reading("PR") - "P_override", number(0.0, "kPa"))
     index = limited(0.7 + 0.6 * product.output - held_back, 0.3, 1.3)
     a = s.controller("AC1", "yA", acts=-1, law=trim).output
@@ -34,6 +34,8 @@ def controlled(s: Flowsheet) -> Valves:
     g = s.controller("AC2", "X11G", acts=-1, law=trim).output
     level = s.controller("LC8", "LR", acts=-1, forward="base_cold").output
     pressure = s.controller("PC7", "PR", acts=1, forward="base_purge").output
+    separator = s.controller("LC12", "LS", acts=1, forward="base_V7").output
+    stripper = s.controller("LC15", "LC", acts=1, forward="base_V8").output
     asked = s.setpoint("X11G") / number(1.0, "%")
     richer = (1.5192e-3 * asked + 0.59446) * asked + 0.2769
     leaner = (-1.1377e-3 * asked - 0.80893) * asked + 91.06
@@ -43,6 +45,8 @@ def controlled(s: Flowsheet) -> Valves:
         "3": (index * "ratio_F3" * (leaner / 44.3 - 0.1 * g), "V2", "base_V2"),
         "4": (index * ("ratio_F4" + ac * "trim_F4" - a * "trim_F1"), "V4", "base_V4"),
         "9": (index * pressure * "most_F9", "V6", "base_V6"),
+        "10": (index * separator * "most_F10", "V7", "base_V7"),
+        "11": (index * stripper * "most_F11", "V8", "base_V8"),
     }
     made: dict[str, Actuator] = {}
     for name, (setpoint, valve, base) in feeds.items():
@@ -50,9 +54,7 @@ def controlled(s: Flowsheet) -> Valves:
         made[valve] = _valve(s, valve, flow.output)
     cold = s.controller("TC11", "TS", acts=1, forward="base_V11", setpoint="coldest" + level * "span_TS").output
     hot = s.controller("TC9", "TR", acts=1, forward="base_V10").output
-    separator = s.controller("LC12", "LS", acts=1, forward="base_V7" * index).output
-    stripper = s.controller("LC15", "LC", acts=1, forward="base_V8" * index).output
-    outputs = {"V7": separator, "V8": stripper, "V10": hot, "V11": cold}
+    outputs = {"V10": hot, "V11": cold}
     made |= {name: _valve(s, name, output) for name, output in outputs.items()}
     made |= {
         "V5": s.actuator("V5", start=0.2221),
