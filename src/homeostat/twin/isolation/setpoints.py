@@ -41,6 +41,5 @@ def as_followed(window: Window, description: PlantDescription, model: ProcessMod
 
 def _deviation(description: PlantDescription, loop: ControlLoop) -> str:
     """Variable of what the controller of ``loop`` reports to be off by; empty where it reports none."""
-    name = f"{loop.process_variable}.err"
     own = (s for s in description.signals if s.component == loop.controller and s.relation is Relation.REPORTS)
-    return next((s.variable for s in own if s.tag.name == name), "")
+    return next((s.variable for s in own if s.tag.name.startswith(f"{loop.process_variable}.")), "")
