@@ -41,7 +41,7 @@ wide: $(VENV)/.dev
 
 ## landing: what `make test` and `make slow` run, read once; .ci/run runs it
 landing: $(VENV)/.dev
-	$(PYTEST) -m "not wide"
+	$(PYTEST) -m "not wide" --durations=60 --durations-min=5
 
 ## full: every test there is
 full: $(VENV)/.dev

@@ -16,10 +16,11 @@ from homeostat.process.blocks.term import Leaf, Term, evaluate
 from homeostat.process.types import Table, Vec
 
 SHEET = TENNESSEE_EASTMAN
-SHOWN = (
-    "F1 F2 F3 F4 F8 F6 PR LR TR F9 TS LS PS F10 LC PC F11 TC FS JK TWR TWS X6A X6B X6C X6D X6E X6F X9A X9B X9C X9D X9E "
-    "X9F X9G X9H X11D X11E X11F X11G X11H"
-).split()
+SHOWN = [
+    "F1", "F2", "F3", "F4", "F8", "F6", "PR", "LR", "TR", "F9", "TS", "LS", "PS", "F10", "LC", "PC", "F11", "TC",
+    "FS", "JK", "TWR", "TWS", "X6A", "X6B", "X6C", "X6D", "X6E", "X6F", "X9A", "X9B", "X9C", "X9D", "X9E", "X9F",
+    "X9G", "X9H", "X11D", "X11E", "X11F", "X11G", "X11H",
+]  # fmt: skip
 """Variables in the order of the published measurements, 1 to 41."""
 THOUSANDS = frozenset({"F1", "F4", "F8", "F6", "F9"})
 """Flows that are published in thousands of cubic metres per hour."""

@@ -104,7 +104,7 @@ def plant() -> Flowsheet:
     analyser(s, "11", "DEFGH", c.x, PRODUCT_S)
     s.sensor("yA", feed["A"] / (feed["A"] + feed["C"]) * number(100.0, "%"), every_s=GAS_S)
     s.sensor("yAC", feed["A"] + feed["C"], every_s=GAS_S)
-    s.sensor("Q11", s.reading("F11"))  # one transmitter: what it shows is held by its valve, and made up for by the index
+    s.sensor("Q11", s.reading("F11"))  # one transmitter, two setpoints: of its valve, and of the index
     s.sensor("Fp", s.controllers["UC11"].output)
     s.total("product", "m3", eleven.flow / c.density / HOUR)
     return s

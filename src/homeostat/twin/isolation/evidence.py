@@ -50,7 +50,7 @@ STRAINED_MEAN_SQUARE, STRAINED_BLOCK = 1.25, 5.0
 BLOCK = 30
 """Readings in a block, whose mean square says whether an explanation fits everywhere."""
 MOST_NUMBERS = 20_000_000
-"""Readings that are compared at once, over all sets: a plant of sixty instruments would take all the memory there is."""
+"""Readings that are compared at once, over all sets: of sixty instruments they would take all the memory there is."""
 
 
 @dataclass(frozen=True, slots=True)

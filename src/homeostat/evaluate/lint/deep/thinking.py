@@ -27,6 +27,7 @@ from homeostat.recovery.deadline import SHORTEST_S
 if TYPE_CHECKING:
     from homeostat.evaluate.lint.deep.faults import Outlook
 
+
 class Needs(NamedTuple):
     """What a decision about one limit needs, in process seconds."""
 
