@@ -1,0 +1,1 @@
+"""The Tennessee Eastman plant beside its published code, alone and looked after."""

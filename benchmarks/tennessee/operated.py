@@ -1,0 +1,86 @@
+"""Runs of the plant with everything on; one that was made for the present sources is not made again."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from benchmarks.host import kept
+from benchmarks.tennessee.alone import ONSET_S, Trip, alone
+from homeostat.evaluate.runner import run
+from homeostat.evaluate.scenario import scenario
+from homeostat.links.clock import DeclaredClock
+from homeostat.plants.plant import Plant
+
+HOURS = 8
+"""How long a run goes on after the onset."""
+THOUGHT_S = 60.0
+"""What every thought takes of the process's time, so that runs are equal on any host [s]."""
+
+
+@dataclass(frozen=True)
+class Looked:
+    """One fault with nobody, and looked after."""
+
+    fault: str
+    seed: int
+    alone_h: float | None
+    """From the onset to the first trip limit with nobody; None where all are kept [h]."""
+    alone_limit: str
+    outcome: str
+    """How the run with everything on ended."""
+    detected_s: float | None
+    """From the onset to the first symptom [s]."""
+    released_s: float | None
+    """From the onset to the first release [s]."""
+    lost: float | None
+    """Share of the production since the onset [1]."""
+    outside_s: float
+    """Time outside a trip limit [s]."""
+    cpu_s: float
+    """CPU time of that run [s]."""
+
+    @property
+    def trip(self) -> Trip:
+        """How it ended with nobody."""
+        return Trip(math.inf if self.alone_h is None else self.alone_h, self.alone_limit)
+
+
+def looked(plant: Plant, fault: str, seed: int) -> Looked:
+    """Both runs, from the cache where they are there."""
+    file = Path(kept("tennessee")) / f"{fault}-{seed}.json"
+    if not file.exists():
+        found = _looked(plant, fault, seed)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(asdict(found), indent=1) + "\n", encoding="utf-8")
+    return Looked(**json.loads(file.read_text(encoding="utf-8")))
+
+
+def there(fault: str, seed: int) -> bool:
+    """Whether :func:`looked` has it already."""
+    return (Path(kept("tennessee")) / f"{fault}-{seed}.json").exists()
+
+
+def _looked(plant: Plant, fault: str, seed: int) -> Looked:
+    nobody = alone(plant, fault, seed)
+    case = scenario(plant, fault, seed, onset_s=ONSET_S, end_s=ONSET_S + 3600.0 * HOURS)
+    began = time.process_time()
+    done = run(plant, case, clock=DeclaredClock(THOUGHT_S)).result(Path())
+    cpu_s = time.process_time() - began
+    hard = {limit.name for limit in plant.description.limits.hard}
+    detected, released = (None if at is None else at - ONSET_S for at in (done.detected_s, done.released_s))
+    return Looked(
+        fault=fault,
+        seed=seed,
+        alone_h=nobody.hours if math.isfinite(nobody.hours) else None,
+        alone_limit=nobody.limit,
+        outcome=done.outcome.value.replace("_", " "),
+        detected_s=detected,
+        released_s=released,
+        lost=done.production_loss,
+        outside_s=sum(each.total_s for each in done.limit_exposure_s if each.limit in hard),
+        cpu_s=cpu_s,
+    )

@@ -1,0 +1,92 @@
+"""The page of the Tennessee Eastman plant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from benchmarks.host import commit, measured_on
+from benchmarks.tennessee.alone import FAULTS, Trip
+from benchmarks.tennessee.operated import HOURS, THOUGHT_S, Looked
+from benchmarks.unknown.sections import table
+
+WITHIN = 0.05
+"""How far a time to a trip may be from that of the published code [1]."""
+HEAD = """# Tennessee Eastman
+
+Made by `python -m benchmarks.tennessee` for the sources of `{commit}`. The plant of Downs and Vogel (1993) with the
+decentralised control of Ricker (1996), put together from blocks ([decision
+0055](../decisions/0055-the-tennessee-eastman-plant.md)). What is not there and not known stands in
+[limitations](../limitations.md).
+
+## Beside the published code
+
+*Published*: the published code in `tep-studio`, control every 1.8 s, two seeds
+(`python -m benchmarks.tennessee.published`, which needs that package, wrote `benchmarks/tennessee/published.csv`).
+*Ours*: control every 60 s, own parameters and noise of each seed. Nobody acts; 24 h. *Agrees*: both trip or both do
+not, and the mean times to a trip differ by at most 5 %. Rates, readings and the base case are compared by
+`tests/plants/tennessee_eastman`.
+"""
+OPERATED = """## Looked after
+
+Everything on, for {hours} h after the onset; every thought declared as {thought:g} s; the true plant has the
+equations of the model and its own parameters (no mismatch). {there} of {asked} runs are in.
+"""
+MISSED = """## Asked for, and not there
+
+Trips of the published disturbances 8 to 20; 39 of 39 episodes; every stuck actuator in three seeds; a mismatch of
+5 %; a decision within 20 s (a look takes a minute on two slow cores); 1,000 members for an hour in 2.5 s."""
+
+
+def write(
+    path: Path,
+    ours: Mapping[int, Sequence[Trip]],
+    theirs: Mapping[int, Sequence[Trip]],
+    runs: Sequence[Looked],
+    asked: int,
+) -> None:
+    """Write the page."""
+    sections = (
+        HEAD.format(commit=commit("src", "benchmarks/tennessee")) + "\n" + _beside(ours, theirs),
+        OPERATED.format(hours=HOURS, thought=THOUGHT_S, there=len(runs), asked=asked) + "\n" + _operated(runs),
+        MISSED,
+        measured_on(),
+    )
+    path.write_text("\n\n".join(sections) + "\n", encoding="utf-8")
+
+
+def agrees(ours: Sequence[Trip], theirs: Sequence[Trip]) -> bool:
+    """Whether both trip, at about the same time, or neither does."""
+    here, there = ([trip.hours for trip in each] for each in (ours, theirs))
+    if math.isinf(min(*here, *there)):
+        return True
+    if math.isinf(max(*here, *there)):
+        return max(here) == min(here) == max(there) == min(there)
+    return abs(sum(here) / len(here) / (sum(there) / len(there)) - 1.0) <= WITHIN
+
+
+def _beside(ours: Mapping[int, Sequence[Trip]], theirs: Mapping[int, Sequence[Trip]]) -> str:
+    rows = []
+    for idv, published in theirs.items():
+        mine = ours.get(idv, ())
+        told = "; ".join(trip.told for trip in mine) if mine else "not among the faults"
+        met = "" if not mine else "yes" if agrees(mine, published) else "**no**"
+        rows.append((idv, FAULTS.get(idv, ""), "; ".join(trip.told for trip in published), told, met))
+    return table(("IDV", "fault", "published", "ours", "agrees"), rows)
+
+
+def _operated(runs: Sequence[Looked]) -> str:
+    heads = ("fault", "seed", "with nobody", "outcome", "noticed", "released", "lost", "outside a trip limit", "CPU")
+    rows = [
+        (
+            f"`{one.fault}`", one.seed, one.trip.told, one.outcome, *map(_minutes, (one.detected_s, one.released_s)),
+            "none" if one.lost is None else f"{one.lost:.1%}", f"{one.outside_s:.0f} s", f"{one.cpu_s:.0f} s",
+        )
+        for one in runs
+    ]  # fmt: skip
+    return table(heads, rows)
+
+
+def _minutes(seconds: float | None) -> str:
+    return "never" if seconds is None else f"{seconds / 60.0:.0f} min"
