@@ -53,6 +53,8 @@ class PlantConfiguration:
     """How it differs from its process model; None where it is one."""
     repaired_s: float = math.inf
     """Process time at which every fault ends [s]."""
+    wandering: float = 1.0
+    """Scale of what comes from outside and varies by the model, beside ``noise``; 0 where it stands still [1]."""
 
 
 class TrueProcess:
@@ -90,6 +92,7 @@ class TrueProcess:
         self._ramp = InputRamp(model.inputs, configuration.inputs, tick_of(model.kernel))
         self._seeds = np.array([configuration.noise_seed], dtype=np.int64)
         self._noise = np.array([configuration.noise], dtype=np.float64)
+        self._wandering = configuration.wandering * self._noise
         self._picks = np.empty(0, dtype=np.int64)
         self._out = np.empty((1, 1, 0))
         self._index = np.zeros(1, dtype=np.int64)
@@ -141,7 +144,7 @@ class TrueProcess:
         self._moved.hold(moves, self._state, self._parameters, *faults, self.now_s)
         broken, begin = np.full(1, np.nan), np.zeros(1, dtype=np.int64)
         member = self._state, self._parameters, *faults, inputs[None, None], self._index
-        noise = self._seeds, self._noise, self._noise
+        noise = self._seeds, self._wandering, self._noise
         self._kernel(0, 1, *member, self.now_s, begin, 1, 1, *noise, self._picks, self._out, broken, moves)
         if not math.isnan(broken[0]):
             raise ProcessError(f"the simulated plant left the physical world at t = {broken[0]:.10g} s")

@@ -78,6 +78,11 @@ class Bench:
         plant = self.plant
         return tuple(run(plant, Setting(plant.true_parameters(seed), 1.0, seed)) for seed in SEEDS)
 
+    @cached_property
+    def sheltered(self) -> Course:
+        """The first of :attr:`noisy` with the noise of its instruments alone: nothing varies outside."""
+        return run(self.plant, Setting(self.plant.true_parameters(SEEDS[0]), 1.0, SEEDS[0], wandering=0.0))
+
     @property
     def onset_s(self) -> float:
         """When faults begin: as in the plant's runs, but not before it has settled, if it does [s]."""

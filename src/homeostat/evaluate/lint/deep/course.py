@@ -100,13 +100,16 @@ class Setting:
     """What is wrong."""
     end_s: float | None = None
     """Its end [s]; that of the plant's runs where None."""
+    wandering: float = 1.0
+    """Scale of what comes from outside and varies, beside ``noise`` [1]."""
 
 
 def run(plant: Plant, setting: Setting, act: Act = lambda seen: None) -> Course:
     """Simulate; where the plant leaves the physical world, the course ends and says so."""
     end_s = plant.end_s if setting.end_s is None else setting.end_s
     own = (setting.parameters, plant.start, setting.faults, end_s, setting.seed, setting.noise)
-    process = TrueProcess(plant.model, plant.description, PlantConfiguration(*own))
+    configuration = PlantConfiguration(*own, wandering=setting.wandering)
+    process = TrueProcess(plant.model, plant.description, configuration)
     recipe = _Recipe(new_sequencer(plant), act)
     link = SimulatedLink(process, recipe=recipe)
     seen, broke = [], ""

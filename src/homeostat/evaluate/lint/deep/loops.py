@@ -90,6 +90,9 @@ def _holds(bench: Bench, loop: ControlLoop) -> Finding | None:
         return None  # said where the course broke
     (error, moved), (_, shaken) = quiet, noisy
     off, swing, shakes = abs(float(error.mean())), float(np.ptp(moved)), float(np.std(shaken))
+    if shakes > SHAKES * output.range.span:  # a loop that makes up for what varies outside has to
+        sheltered = _last(bench.sheltered, loop)
+        shakes = shakes if sheltered is None else float(np.std(sheltered[1]))
     if off > SCALES * tag.scale:
         what = (
             f"{tag.name!r} is off its setpoint by {amount(off, tag.unit)} on the mean at the end of a healthy course, "
