@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -21,6 +22,8 @@ _DASHES: Final = {Role.SP: (0, (5, 3)), Role.MV: (0, (1, 1.6))}
 """Lines of setpoints and commands; process values and positions are solid."""
 _TICKS: Final = 6
 """Intervals of the y axis, at most."""
+_TITLE: Final = 22
+"""Characters that fit beside the height of a panel."""
 _MARGIN: Final = 0.06
 """Free part of the axis above and below what is drawn [1]."""
 
@@ -63,7 +66,8 @@ def draw_lines(axis: Axes, panel: LinePanel, plant: PlantDescription, run: Shown
 
 def name_axis(axis: Axes, panel: Panel) -> None:
     """What the panel shows and in which unit, beside its y axis."""
-    axis.set_ylabel(f"{panel.title}\n[{'fraction' if panel.unit == '1' else panel.unit}]", fontsize=9)
+    title = "\n".join(textwrap.wrap(panel.title, _TITLE, max_lines=2, placeholder=" ..."))
+    axis.set_ylabel(f"{title}\n[{'fraction' if panel.unit == '1' else panel.unit}]", fontsize=9)
     axis.tick_params(axis="both", labelsize=8.5, length=3)
     axis.spines[["top", "right"]].set_visible(False)
 
