@@ -11,6 +11,7 @@ from pathlib import Path
 
 from benchmarks.host import ROOT
 from benchmarks.tennessee.alone import FAULTS, alone, published
+from benchmarks.tennessee.engine import speed
 from benchmarks.tennessee.operated import looked, there
 from benchmarks.tennessee.page import write
 from homeostat.plants.plant import load_plant
@@ -34,7 +35,7 @@ def main() -> int:
         if there(fault, seed) or not asked.only_there:
             runs.append(looked(plant, fault, seed))
             print(f"{fault} seed {seed}: {runs[-1].outcome}", flush=True)
-    write(asked.out, ours, published(), runs, len(cases))
+    write(asked.out, ours, published(), runs, len(cases), speed(plant))
     print(f"{asked.out}: written")
     return 0
 

@@ -7,7 +7,7 @@ from typing import Any, Final, final
 import numpy as np
 
 from homeostat.process.blocks.layout import Layout
-from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate
+from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate, together
 from homeostat.process.types import Table, Vec
 
 _NUDGE: Final = 1e-5
@@ -22,7 +22,7 @@ class Motion:
 
     def __init__(self, layout: Layout, states: Table, inputs: Table, parameters: Vec) -> None:
         """``states`` (n, states), what is commanded in each (n, inputs), and the plant's ``parameters``."""
-        self._rates, self._tick_s = list(layout.rates.values()), layout.tick_s
+        (self._leaves, self._changes), self._tick_s = together(list(layout.rates.values())), layout.tick_s
         self.names = tuple(layout.rates)
         """Names of the states that are integrated."""
         self._own = [Term(Leaf.STATE, value=name) for name in self.names]
@@ -68,4 +68,6 @@ class Motion:
 
     def _slopes(self, y: Table) -> Table:
         values = self._values | dict(zip(self._own, y.T, strict=True))
-        return np.stack([np.broadcast_to(evaluate(rate, values), y.shape[:1]) for rate in self._rates], axis=1)
+        with np.errstate(all="ignore"):
+            changes = self._changes(*(values[each] for each in self._leaves))
+        return np.stack([np.broadcast_to(change, y.shape[:1]) for change in changes], axis=1)

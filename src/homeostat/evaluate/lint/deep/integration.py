@@ -86,12 +86,13 @@ def _coarse(bench: Bench, model: ComposedModel, where: str, states: Table, input
     rows = rows[(rates * steps_s)[rows] > DOUBTFUL]
     span = np.maximum(np.ptp(motion.states, axis=0), 1e-9)
     found = []
-    for row in rows.tolist():
-        again = Motion(layout, states[[row]], inputs[[row]], bench.nominal)
-        parts = int(motion.parts[row])
+    for parts in np.unique(motion.parts[rows]).tolist():
+        alike = rows[motion.parts[rows] == parts]
+        again = Motion(layout, states[alike], inputs[alike], bench.nominal)
         off = np.abs(again.ahead(parts, TICKS) - again.ahead(FINER * parts, TICKS)) / span
-        share = float(np.nan_to_num(off, nan=np.inf).max())
-        found.append(Coarse(share, float(rates[row]), float(steps_s[row]), names[row], where))
+        shares = np.nan_to_num(off, nan=np.inf).max(axis=1)
+        for row, share in zip(alike.tolist(), shares.tolist(), strict=True):
+            found.append(Coarse(share, float(rates[row]), float(steps_s[row]), names[row], where))
     worst = max(found, default=None)
     return worst if worst is not None and worst.off > OFF else None
 
