@@ -46,6 +46,7 @@ def flat_level() -> Job:
     return Job(MIXER, "unknown", cause, 3, "plant")
 
 
+@pytest.mark.wide
 def test_a_recording_is_what_the_plant_showed_up_to_the_last_look(folder: Path) -> None:
     plant, job = load_plant(MIXER), flat_level()
     found = recorded(plant, job)

@@ -207,6 +207,7 @@ def left_alone(name: str, fault: str, onset_s: float) -> Run:
     return run(plant, scenario(plant, fault, 1, onset_s), proposing=Proposing(propose=None))
 
 
+@pytest.mark.wide
 def test_something_else_keeps_a_limit_that_nobody_keeps() -> None:
     done = left_alone("cstr", "cool_stuck_closed", 2000.0)
     outside = outside_after(done.truth, done.force, 2030.0)

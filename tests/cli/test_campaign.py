@@ -72,7 +72,7 @@ def test_ctrl_c_says_how_to_go_on(tmp_path: Path) -> None:
     assert "Traceback" not in err
 
 
-@pytest.mark.slow
+@pytest.mark.wide
 def test_two_workers_and_ctrl_c_and_two_workers(tmp_path: Path, whole: Path) -> None:
     process = started(tmp_path, "--workers", "2")
     wait_for(lambda: rows_in(tmp_path / "out") >= 2, "two rows")
@@ -95,7 +95,7 @@ def test_a_cluster_that_loses_a_worker(tmp_path: Path, whole: Path) -> None:
     assert same(tmp_path / "out", whole)
 
 
-@pytest.mark.slow
+@pytest.mark.wide
 def test_a_worker_that_joins_takes_what_is_left(tmp_path: Path, whole: Path) -> None:
     with cluster(tmp_path, 1) as (address, workers):
         process = started(tmp_path, "--cluster", address)

@@ -125,7 +125,7 @@ def test_a_playbook_is_built_and_gone_on_with(tmp_path: Path) -> None:
     assert len(read_playbook(tmp_path / "book").entries) == 2
 
 
-@pytest.mark.slow
+@pytest.mark.wide
 def test_several_processes_build_the_same(tmp_path: Path) -> None:
     alone = homeostat(*BUILD, "--faults", "cool_stuck_closed,level_bias", cwd=tmp_path)
     (tmp_path / "book").rename(tmp_path / "alone")

@@ -52,7 +52,9 @@ def test_a_scaffold_is_short_and_called_after_its_folder(like: str, tmp_path: Pa
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("like", ["tanks", "batch", pytest.param("reactor", marks=pytest.mark.wide)])
+@pytest.mark.parametrize(
+    "like", ["tanks", *(pytest.param(other, marks=pytest.mark.wide) for other in ("batch", "reactor"))]
+)
 def test_a_scaffold_is_clean_learns_and_recovers_from_a_fault_by_search(like: str, tmp_path: Path) -> None:
     folder = tmp_path / "boiler"
     make_plant(folder, like)

@@ -118,6 +118,7 @@ def test_the_answers_of_this_module_follow_the_published_rule() -> None:
     assert len(WRONG_PLANS) == 8 and {a.fault for a in WRONG_PLANS} > set(BYPASSED)
 
 
+@pytest.mark.wide
 def test_every_wrong_plan_is_refused() -> None:
     found = {answer: judged(answer) for answer in WRONG_PLANS}
     assert not [a for a, j in found.items() if j.accepted]

@@ -72,6 +72,7 @@ def test_a_leak_of_the_main_line_is_told_by_the_bypass_on_which_there_is_none(se
     assert result.complete_s - result.nominal_s < 45.0, "the bypass is where the batch is to go on"
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize(("severity", "seed"), [(0.3, 1)])
 def test_a_leak_of_the_common_line_is_told_by_the_bypass_on_which_it_stays(severity: float, seed: int) -> None:
     result = told_apart("leakage_common", severity, seed)
@@ -107,7 +108,7 @@ def test_on_a_plant_that_is_not_its_model_the_bypass_tells_as_well(seed: int) ->
     [
         ("clogging_main", 0.7, 1),
         pytest.param("clogging_main", 0.9, 3, marks=pytest.mark.wide),
-        ("clogging_common", 0.7, 1),
+        pytest.param("clogging_common", 0.7, 1, marks=pytest.mark.wide),
     ],
 )
 def test_cloggings_differ_in_the_pressure_behind_the_pump_and_need_no_test(

@@ -83,7 +83,7 @@ def state(question: Question) -> str:
     ("fault", "severity", "states"),
     [
         ("none", None, MAIN),
-        ("pump_failure", 1.0, BYPASS),
+        pytest.param("pump_failure", 1.0, BYPASS, marks=pytest.mark.wide),
         pytest.param("sensor_bias_flow", -0.15, MAIN, marks=pytest.mark.wide),
     ],
 )
