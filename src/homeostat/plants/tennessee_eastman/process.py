@@ -106,6 +106,7 @@ def plant() -> Flowsheet:
     s.sensor("yAC", feed["A"] + feed["C"], every_s=GAS_S)
     s.sensor("Q11", s.reading("F11"))  # one transmitter, two setpoints: of its valve, and of the index
     s.sensor("Fp", s.controllers["UC11"].output)
+    s.sensor("Gp", s.reading("grade") / 100.0)
     s.total("product", "m3", eleven.flow / c.density / HOUR)
     return s
 

@@ -127,12 +127,17 @@ def _expected(sheet: Flowsheet, stated: StatedUnits) -> Iterator[tuple[str, Term
         yield from ((f"a time constant of {a.name}", tau, "s") for tau in a.lags)
         if a.automatic is not None:
             yield f"the command of {a.name}", a.automatic, "1"
+        yield f"what is withheld from {a.name}", a.withheld, "1"
     for c in sheet.controllers.values():
         error = c.used
         yield from ((f"the feed-forward of {c.name}", of, "1") for of in (c.forward, c.law.beside))
         yield f"the lowest output of {c.name}", c.law.least, "1"
         if c.law.rests is not None:
             yield f"when {c.name} rests", where(c.law.rests, 1.0, 0.0), "1"
+        if c.law.held is not None:
+            yield f"when {c.name} is held", where(c.law.held, 1.0, 0.0), "1"
+        if c.law.meanwhile is not None:
+            yield f"the output of {c.name} while it is held", c.law.meanwhile, "1"
         yield f"Kp_{c.name} times its error", c.gain("Kp") * error, "1"
         yield f"Ki_{c.name} times its error", c.gain("Ki") * error, "1/s"
         if c.setpoint is not None and (unit := stated.variables.get(c.measured)):

@@ -64,7 +64,7 @@ class ComposedModel:
         self.parameters: tuple[str, ...] = layout.parameters
         self.inputs: tuple[str, ...] = layout.inputs
         self.faults: tuple[str, ...] = layout.faults
-        errors = [f"{c.measured}_err" for c in sheet.controllers.values()]
+        errors = dict.fromkeys(f"{c.measured}_err" for c in sheet.controllers.values())
         commands = [a.command for a in sheet.actuators.values() if a.automatic is not None]
         moving = [f"{a.name}_{what}" for a in sheet.actuators.values() for what in ("rate", "travel")]
         self._read = {name: layout.column[name] for name in (*sheet.sensors, *commands, *moving)}

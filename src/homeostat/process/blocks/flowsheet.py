@@ -70,6 +70,8 @@ class Flowsheet:
         self.resting: list[Term] = []
         """States that are taken to be at rest where a plant is found running."""
         self.switches: set[str] = set()
+        self.commands: list[str] = []
+        """What is commanded from outside beside setpoints and actuators."""
         self.first: tuple[str, ...] = ()
         """Parameters and faults whose columns come first, in this order: members are drawn column by column."""
         self._rates: dict[str, Callable[[], Term]] = {}
@@ -130,13 +132,14 @@ class Flowsheet:
         lags: tuple[Operand, ...] | None = None,
         start: float = 0.0,
         faults: Mapping[str, str] | None = None,
+        withheld: Term = ZERO,
     ) -> Actuator:
         """A valve, pump or heater with a command from 0 to 1, and its standard faults.
 
         ``automatic``: what commands it while nobody does by hand, such as a controller's output. ``lags``: its time
         constants [s]; the parameter ``tau_NAME`` where left out, two for second order. ``faults``: names of its faults
         in the tables where they are not ``NAME_weak``, ``NAME_stuck_open`` and ``NAME_stuck_closed``, as
-        ``{"weak": "pump_wear"}``.
+        ``{"weak": "pump_wear"}``. ``withheld``: what an override takes off whatever it is commanded [1].
         """
         self._take(name)
         if not 0.0 <= start <= 1.0:
@@ -144,7 +147,7 @@ class Flowsheet:
         taus = tuple(map(term, lags if lags is not None else (f"tau_{name}",)))
         if not 1 <= len(taus) <= 2:
             raise FlowsheetError(f"actuator {name}: {len(taus)} lags; give one or two time constants")
-        made = self.actuators[name] = Actuator(name, taus, automatic, start, dict(faults or {}))
+        made = self.actuators[name] = Actuator(name, taus, automatic, start, dict(faults or {}), withheld)
         for each in (made.stuck_open, made.stuck_closed, made.weak):
             self.fault(each)
         return made
@@ -179,6 +182,19 @@ class Flowsheet:
     def loop(self, name: str, measured: str, drives: str, acts: int, forward: Operand = 0.0) -> Actuator:
         """A controller and the actuator that it drives."""
         return self.actuator(drives, self.controller(name, measured, acts, forward).output)
+
+    def command(self, name: str) -> Term:
+        """What is commanded from outside beside setpoints and actuators, such as a switch of control; NaN for nothing.
+
+        ``s.command("FIC_on") < 0.5`` does not hold, and ``> 0.5`` neither, where nobody commands it.
+        """
+        self._take(name)
+        self.commands.append(name)
+        return Term(Leaf.INPUT, value=name)
+
+    def output(self, controller: str) -> Term:
+        """What ``controller`` puts out [1], also before that is added."""
+        return held(f"{controller}_out")
 
     def reading(self, name: str) -> Term:
         """What the transmitter ``name`` shows, also before that is added."""
@@ -338,7 +354,8 @@ class Flowsheet:
         for c in self.controllers.values():
             yield from ((f"controller {c.name}", of) for of in c.terms())
         for a in self.actuators.values():
-            yield from ((f"actuator {a.name}", of) for of in (*a.lags, ZERO if a.automatic is None else a.automatic))
+            commanded = ZERO if a.automatic is None else a.automatic
+            yield from ((f"actuator {a.name}", of) for of in (*a.lags, commanded, a.withheld))
         yield from ((f"controller {m.name}", m.update) for m in self.memories.values())
         yield from ((f"sensor {s.name}", of) for s in self.sensors.values() for of in (s.of, s.off))
         yield from ((f"quantity {q.name}", q.of) for q in self.quantities.values())

@@ -112,7 +112,7 @@ class Layout:
         sheet = self.sheet
         setpoints = [c.given for c in sheet.controllers.values()]
         commands = [a.manual for a in sheet.actuators.values()]
-        return (*dict.fromkeys(setpoints), *commands, *(d.reading for d in self.measured))
+        return (*dict.fromkeys(setpoints), *commands, *sheet.commands, *(d.reading for d in self.measured))
 
     @cached_property
     def parameters(self) -> tuple[str, ...]:
@@ -175,7 +175,7 @@ class Layout:
         yield sheet.parts
         yield from (of for s in sheet.states.values() for of in (s.start, s.usual))
         for a in sheet.actuators.values():
-            yield from (*a.lags, *([] if a.automatic is None else [a.automatic]))
+            yield from (*a.lags, a.withheld, *([] if a.automatic is None else [a.automatic]))
         for c in sheet.controllers.values():
             yield from c.terms()
             yield from (c.gain(kind) for kind in ("Kp", "Ki", *(["Kd"] if c.derivative else [])))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from homeostat.process.blocks.term import ZERO, Leaf, Term
 
@@ -53,6 +53,8 @@ class Actuator:
     """Opening [1] at the start of a run."""
     faults: Mapping[str, str]
     """``weak``, ``stuck_open`` or ``stuck_closed`` -> what the plant's tables call that fault, where otherwise."""
+    withheld: Term = ZERO
+    """What an override takes off its command, whoever gives that [1]."""
 
     @property
     def position(self) -> Term:
@@ -105,11 +107,15 @@ class Law:
     """What is added to the output, as a feed-forward that the controller only trims [1]."""
     rests: Term | None = None
     """Condition under which something else commands and the integral term stays as it is; None for never."""
+    held: Term | None = None
+    """Condition under which its output is frozen, and goes on from where it is afterwards; None for never."""
+    meanwhile: Term | None = None
+    """What its output is while it is held, as another controller's output [1]; None: what it was."""
 
     @property
     def plain(self) -> bool:
         """Whether the output is the command, or one of several that the command is chosen among."""
-        return self == Law()
+        return replace(self, held=None, meanwhile=None) == Law()
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,8 +165,9 @@ class Controller:
 
     def terms(self) -> tuple[Term, ...]:
         """What it is given beside its reading: feed-forward, setpoint, and what its law has."""
-        optional = [each for each in (self.setpoint, self.law.rests) if each is not None]
-        return (self.forward, self.law.least, self.law.beside, *optional)
+        law = self.law
+        optional = [each for each in (self.setpoint, law.rests, law.held, law.meanwhile) if each is not None]
+        return (self.forward, law.least, law.beside, *optional)
 
     def gain(self, kind: str) -> Term:
         """Its proportional (``Kp``), integral (``Ki``) or derivative (``Kd``) gain, a parameter."""

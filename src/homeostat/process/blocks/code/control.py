@@ -60,12 +60,29 @@ def control(c: Controller, layout: Layout, scope: Scope) -> Scope:
         scope.say(f"{forward} += {scope.name(c.gain('Kd'))} * ({error} - xm[{at[c.last]}]) / {layout.tick_s!r}")
         scope.say(f"xm[{at[c.last]}] = {error}")
     gain, least = scope.name(c.gain("Kp")), scope.name(c.law.least)
-    scope.say(f"{out} = pid_output({error}, {integral} + {forward}, {gain}, {least}, 1.0)")
+    acts = f"pid_output({error}, {integral} + {forward}, {gain}, {least}, 1.0)"
+    if c.law.held is not None:
+        stands = out if c.law.meanwhile is None else scope.name(c.law.meanwhile)
+        scope.say(f"held_{c.name} = {scope.name(c.law.held)}")
+        acts = f"{stands} if held_{c.name} else {acts}"
+    scope.say(f"{out} = {acts}")
     return scope
 
 
 def conclude(c: Controller, layout: Layout, scope: Scope) -> None:
-    """Its integral term, once it is known what acted."""
+    """Its integral term, once it is known what acted; while it is held, that from which its output would go on."""
+    if c.law.held is None:
+        scope.say(*_integrated(c, layout, scope))
+        return
+    at = layout.column
+    out, integral = f"xm[{at[str(c.output.value)]}]", f"xm[{at[c.integral]}]"
+    goes_on = f"{integral} = pid_tracking(e_{c.name}, {out} - ff_{c.name}, {scope.name(c.gain('Kp'))})"
+    acts = _integrated(c, layout, scope)
+    scope.say(f"if held_{c.name}:", f"    {goes_on}", "else:", *(f"    {line}" for line in acts))
+
+
+def _integrated(c: Controller, layout: Layout, scope: Scope) -> list[str]:
+    """Lines for the integral term of a controller that acts; what they need is worked out before them."""
     at = layout.column
     out, integral = f"xm[{at[str(c.output.value)]}]", f"xm[{at[c.integral]}]"
     gain, reset = scope.name(c.gain("Kp")), scope.name(c.gain("Ki"))
@@ -80,16 +97,17 @@ def conclude(c: Controller, layout: Layout, scope: Scope) -> None:
         if how is Follows.BY_HAND:
             output = f"{command} - {scope.name(c.law.beside)} - {forward}"
             goes = "True" if c.law.rests is None else f"not {scope.name(c.law.rests)}"
-            scope.say(f"if {by_hand}:", f"    {integral} = pid_tracking({error}, {output}, {gain})")
-            scope.say(f"elif {goes}:", f"    {on}")
-            return
+            return [
+                f"if {by_hand}:", f"    {integral} = pid_tracking({error}, {output}, {gain})",
+                f"elif {goes}:", f"    {on}",
+            ]  # fmt: skip
+        lines = []
         if how is Follows.SELECTED:
-            scope.say(f"if abs({command} - {out}) > 1e-12 and not ({by_hand}):")
-            scope.say(f"    {integral} = {command} - {forward}")
+            lines += [f"if abs({command} - {out}) > 1e-12 and not ({by_hand}):"]
+            lines += [f"    {integral} = {command} - {forward}"]
             tracked = "el"
-        scope.say(f"{tracked}if abs({command} - {out}) > 1e-12:")
-        scope.say(f"    {integral} = pid_tracking({error}, {command} - {forward}, {gain})", "else:", f"    {on}")
-        return
+        tracks = f"    {integral} = pid_tracking({error}, {command} - {forward}, {gain})"
+        return [*lines, f"{tracked}if abs({command} - {out}) > 1e-12:", tracks, "else:", f"    {on}"]
     free = [f"math.isnan(um[k, {layout.inputs.index(name)}])" for name in
             (*(a.manual for a in moved), *(i.given for i in inner))]  # fmt: skip
-    scope.say(f"if {' or '.join(free) or 'True'}:", f"    {on}")
+    return [f"if {' or '.join(free) or 'True'}:", f"    {on}"]

@@ -145,6 +145,8 @@ class _Source:
         automatic = command if a.automatic is None else scope.name(a.automatic)
         by_hand = f"um[k, {self._layout.inputs.index(a.manual)}]"
         scope.say(f"{command} = commanded({automatic}, {by_hand})", f"go = {command}")
+        if a.withheld != ZERO:
+            scope.say(f"go = min(max(go - {scope.name(a.withheld)}, 0.0), 1.0)")
         if self._beyond is not None and (place := self._beyond.before(a.name)) is not None:
             scope.say(f"go = reached({command}, xm, {place[0]}, pm, {place[1]}, {self._tick})")
         for name, where in ((a.stuck_closed, "1.0 - {}"), (a.stuck_open, "{}")):

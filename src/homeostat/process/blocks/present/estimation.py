@@ -68,7 +68,8 @@ class Estimation:
             mean = self._stated[self._layout.leaf[Leaf.PARAMETER][d.name]]
             x[at[str(d.now.value)]] = mean if d.measured is None else readings.get(d.measured, mean)
         for kept in sheet.memories.values():
-            x[at[kept.name]] = kept.usual
+            shown = next((s.name for s in sheet.sensors.values() if s.of == held(kept.name)), kept.name)
+            x[at[kept.name]] = readings.get(shown, kept.usual)
         for c in sheet.controllers.values():
             given = readings.get(c.given, np.nan)
             x[at[str(c.used.value)]] = readings[c.measured] if np.isnan(given) else given

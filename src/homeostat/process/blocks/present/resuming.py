@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -41,13 +42,14 @@ def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec
             states[:, at[c.last]] = error[-1]
         gain, least = values[c.gain("Kp")], float(evaluate(c.law.least, values))
         beyond = _not_selected(c, layout, readings, known)
-        if beyond is not None:
+        if beyond is not None and not _frozen(c, readings, known, 1)[-1]:
             states[:, at[c.integral]] = beyond - forward[-1]
             states[:, at[str(c.output.value)]] = min(max(beyond + gain * error[-1], least), 1.0)
             continue
         given = _output(c, layout, readings, known, len(error))
         if given is None:
             continue
+        given = given[0], given[1], given[2] | _frozen(c, readings, known, len(error))
         states[:, at[str(c.output.value)]] = given[0][-1]
         known[c.output] = given[0]  # what it sets comes after it
         tuning = gain, values[c.gain("Ki")] * layout.tick_s, least
@@ -120,7 +122,19 @@ def _output(
         target = reading if used is None else np.where(np.isnan(used[1:]), reading, used[1:])
         output = _inverse(i.setpoint, c.output, target, known, least)
         return output, _inside(output, least), np.zeros(rows, dtype=np.bool_)
+    for other in layout.sheet.controllers.values():
+        if other.law.meanwhile == c.output and c.law.meanwhile == other.output:  # of the two one acts for both
+            return _output(replace(other, law=replace(other.law, meanwhile=None)), layout, readings, known, rows)
     return None
+
+
+def _frozen(c: Controller, readings: Mapping[str, Vec], known: Mapping[Term, Any], rows: int) -> NDArray[np.bool_]:
+    """The last ``rows`` in which a controller was held, so that its integral term follows where its output stood."""
+    if c.law.held is None:
+        return np.zeros(rows, dtype=np.bool_)
+    commanded = {Term(Leaf.INPUT, value=name): v[1:] for name, v in readings.items()}
+    found = evaluate(c.law.held, {**known, **commanded})
+    return np.broadcast_to(np.asarray(found, dtype=np.bool_), (len(readings[c.measured]) - 1,))[-rows:]
 
 
 def _by_hand_at_last(a: Actuator, readings: Mapping[str, Vec]) -> bool:
