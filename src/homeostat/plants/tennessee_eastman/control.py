@@ -6,8 +6,8 @@ a few ticks, as flows follow their valves within seconds. Trims, overrides and t
     AC1, AC2, AC4   trims; switched off, a ratio stays where it is, and the feeds stay at the grade that they were for
     PY7             pressure above a bound takes from the production index
     LY8             level of the reactor above a bound takes from the recycle valve of the compressor
-    LC12F           the separator's level moves the index, and production what it may: its liquid valve is stuck
-    LC15U           the stripper's level moves the separator's liquid: the product valve is stuck
+    LC12F           the separator's level moves the index, and its liquid valve stays where it is
+    LC15U           beside that the stripper's level moves the separator's liquid, and the product valve stays
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ class Valves:
 
 def controlled(s: Flowsheet) -> Valves:
     """All controllers, outer ones first, and the actuators that they drive."""
-    by_separator, by_stripper = s.command("LC12F_on") > 0.5, s.command("LC15U_on") > 0.5
+    by_separator, below = s.command("LC12F_on") > 0.5, s.command("LC15U_on")
+    by_stripper = below > 0.5
     made_by = Law(held=by_separator, meanwhile=s.output("LC12F"))
     _instead(s, "LC12F", "LS", "UC11", by_separator)
     product = s.controller("UC11", "Q11", acts=-1, forward="base_index", law=made_by)
@@ -43,7 +44,7 @@ def controlled(s: Flowsheet) -> Valves:
     level = s.controller("LC8", "LR", acts=-1, forward="base_cold").output
     pressure = s.controller("PC7", "PR", acts=1, forward="base_purge").output
     _instead(s, "LC15U", "LC", "LC12", by_stripper)
-    drawn = Law(held=by_stripper, meanwhile=s.output("LC15U"))
+    drawn = Law(held=by_separator, meanwhile=where(by_stripper, s.output("LC15U"), s.output("LC12")))
     separator = s.controller("LC12", "LS", 1, "base_V7", setpoint=s.setpoint("LS"), law=drawn).output
     shut = Law(held=by_stripper)
     stripper = s.controller("LC15", "LC", 1, "base_V8", setpoint=s.setpoint("LC"), law=shut).output
@@ -61,8 +62,9 @@ def controlled(s: Flowsheet) -> Valves:
         "11": (index * stripper * "most_F11", "V8", "base_V8"),
     }
     made: dict[str, Actuator] = {}
+    stay = {"10": Law(held=by_separator & (below <= 0.5)), "11": Law(held=by_stripper)}
     for name, (setpoint, valve, base) in feeds.items():
-        flow = s.controller(f"FC{name}", f"F{name}", acts=-1, forward=base, setpoint=setpoint)
+        flow = s.controller(f"FC{name}", f"F{name}", -1, base, setpoint=setpoint, law=stay.get(name))
         made[valve] = _valve(s, valve, flow.output)
     cold = s.controller("TC11", "TS", acts=1, forward="base_V11", setpoint="coldest" + level * "span_TS").output
     hot = s.controller("TC9", "TR", acts=1, forward="base_V10").output
@@ -98,7 +100,7 @@ def _override(s: Flowsheet, name: str, takes: Term) -> Term:
 
 def _instead(s: Flowsheet, name: str, measured: str, other: str, switched: Term) -> None:
     """A controller that acts in place of ``other`` while it is ``switched`` on: less output for a higher level."""
-    law = Law(held=where(switched, 0.0, 1.0) > 0.5, meanwhile=s.output(other))
+    law = Law(held=where(switched, 1.0, 0.0) < 0.5, meanwhile=s.output(other))
     s.controller(name, measured, acts=-1, setpoint=s.setpoint(measured), law=law)
 
 

@@ -123,7 +123,8 @@ def _output(
         output = _inverse(i.setpoint, c.output, target, known, least)
         return output, _inside(output, least), np.zeros(rows, dtype=np.bool_)
     for other in layout.sheet.controllers.values():
-        if other.law.meanwhile == c.output and c.law.meanwhile == other.output:  # of the two one acts for both
+        stands = other.law.meanwhile
+        if c.law.meanwhile == other.output and stands is not None and c.output in leaves(stands):  # one acts for both
             return _output(replace(other, law=replace(other.law, meanwhile=None)), layout, readings, known, rows)
     return None
 
