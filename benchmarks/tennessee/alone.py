@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.tennessee.published import HOURS, PUBLISHED
-from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.evaluate.reference.unsupervised import open_process, watch
-from homeostat.evaluate.scenario import scenario
+from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.plants.plant import Plant
 from homeostat.plants.wired.assembly import new_sequencer
@@ -48,9 +48,23 @@ class Trip:
         return f"{self.hours:.2f} h, {self.limit}" if math.isfinite(self.hours) else "kept"
 
 
+@dataclass(frozen=True)
+class Ended:
+    """A run without anybody."""
+
+    trip: Trip
+    truth: Trajectory
+    """What was the case, up to a little after the trip."""
+
+
 def alone(plant: Plant, fault: str, seed: int) -> Trip:
     """What becomes of ``plant`` with ``fault`` at its nominal size, with its own parameters and noise of ``seed``."""
-    case = scenario(plant, fault, seed, onset_s=ONSET_S, end_s=ONSET_S + 3600.0 * HOURS)
+    return left_alone(plant, scenario(plant, fault, seed, onset_s=ONSET_S, end_s=ONSET_S + 3600.0 * HOURS)).trip
+
+
+def left_alone(plant: Plant, case: Scenario) -> Ended:
+    """What becomes of ``plant`` in ``case``; hours are counted from its onset, or from its beginning where none is."""
+    onset_s = case.onset_s or 0.0
     force, beyond = LimitsInForce.after(plant.description, 0.0), 0
     hard = plant.description.limits.hard
 
@@ -64,8 +78,8 @@ def alone(plant: Plant, fault: str, seed: int) -> Trip:
     trips = [Trip(math.inf)]
     for limit in hard:
         outside = np.flatnonzero(force.outside(limit, truth))
-        trips += [Trip((truth.times_s[outside[0]] - ONSET_S) / 3600.0, limit.name)] if outside.size else []
-    return min(trips, key=lambda trip: trip.hours)
+        trips += [Trip((truth.times_s[outside[0]] - onset_s) / 3600.0, limit.name)] if outside.size else []
+    return Ended(min(trips, key=lambda trip: trip.hours), truth)
 
 
 def published() -> dict[int, tuple[Trip, ...]]:

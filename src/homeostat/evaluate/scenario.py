@@ -45,6 +45,10 @@ class Scenario:
 
     repaired_s: float | None = None
     """Process time at which every fault ends, because somebody repaired it [s]; None where it stays."""
+    begins_in: str = ""
+    """State of the machine that it begins in; empty for that by design (:mod:`homeostat.evaluate.beginning`)."""
+    setpoints: tuple[tuple[str, float], ...] = ()
+    """What an operator has set by then: tag and value, in its unit; the rest is by design."""
 
     @property
     def fault(self) -> str:

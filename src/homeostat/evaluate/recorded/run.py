@@ -125,6 +125,9 @@ def run_started(
         configuration.append(Setting("mismatch", scenario.mismatch))
     if scenario.repaired_s is not None:
         configuration.append(Setting("repaired_s", scenario.repaired_s))
+    if scenario.begins_in:
+        configuration.append(Setting("begins_in", scenario.begins_in))
+    configuration += [Setting(f"setpoint {tag}", value) for tag, value in scenario.setpoints]
     configuration += [Setting(f"{DISTURBANCE}{k}", str(d)) for k, d in enumerate(scenario.disturbances, start=1)]
     configuration += [Setting("proposer", proposer), thinking.setting, *chosen]
     if language is not None:

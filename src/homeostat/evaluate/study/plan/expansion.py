@@ -13,6 +13,7 @@ from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.diagnosis import FaultState
 from homeostat.evaluate.named_model import REPLAY, SITUATED, NamedModel, NoSuchModel
 from homeostat.evaluate.operation import Thinking
+from homeostat.evaluate.beginning import beginning
 from homeostat.evaluate.scenario import Scenario, ScenarioError, departing, scenario
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT, WITHOUT_MODEL, Ablation, Job, StudyArm
@@ -149,7 +150,7 @@ def _drawn(plan: ScenarioPlan, plant: Plant, seed: int, mismatch: str) -> Scenar
             scenario(plant, "none", seed, end_s=end_s)
         if len({s.fault for s in states}) < len(states):
             raise ScenarioError(f"{'+'.join(names)!r} names a fault twice; name each once")
-        truth = Scenario(plant.name, tuple(states), seed, end_s)
+        truth = beginning(plant, Scenario(plant.name, tuple(states), seed, end_s), plan.begins_in, plan.setpoints)
         return departing(plant, truth, plan.disturbances, plan.departing(mismatch))
     except ScenarioError as error:
         raise _in_scenario(plan, error) from None

@@ -79,6 +79,10 @@ class ScenarioPlan(_Table):
     """Where a single fault is, for faults that are named ``fault_location``."""
     end_s: float | None = None
     """Length of the runs [s]; the plant's default where None."""
+    begins_in: str = ""
+    """State of the machine that they begin in; that by design where empty."""
+    setpoints: dict[str, float] = {}
+    """Tag -> what an operator has set by then, in its unit; the rest is by design."""
     disturbances: tuple[str, ...] = ()
     """What happens to the true plant that no table knows, as ``homeostat run --disturb`` has it."""
     mismatch: Name | None = None
@@ -104,8 +108,8 @@ class ScenarioPlan(_Table):
             raise ValueError("a list of faults names each once, and not 'none'; give 'none' a scenario of its own")
         if listed and self.name is None:
             raise ValueError("a list of faults needs a name for the tables")
-        if self.disturbances and self.name is None:
-            raise ValueError("a scenario with disturbances needs a name for the tables")
+        if (self.disturbances or self.begins_in or self.setpoints) and self.name is None:
+            raise ValueError("a scenario with disturbances, or with a beginning of its own, needs a name for the tables")
         if self.draw > (len(self.fault) if listed else 1):
             raise ValueError(f"{self.draw} faults cannot be drawn from {len(self.fault) if listed else 1}")
         if self.unknown and self.fault == "none":

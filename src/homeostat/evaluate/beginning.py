@@ -1,0 +1,61 @@
+"""Where a run begins: in another state of the machine than by design, and with an operator's setpoints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from homeostat.domain.plant.state_machine import StateMachine
+from homeostat.evaluate.scenario import Scenario, ScenarioError
+from homeostat.plants.plant import Plant
+from homeostat.process.types import Vec
+from homeostat.stl.spelling import near_matches
+
+_begun: dict[tuple[int, str, tuple[tuple[str, float], ...]], tuple[Plant, Plant]] = {}
+
+
+def beginning(plant: Plant, chosen: Scenario, state: str = "", setpoints: Mapping[str, float] | None = None) -> Scenario:
+    """``chosen``, which begins in ``state`` with ``setpoints`` (tag -> value); ScenarioError where it cannot."""
+    names = [s.name for s in plant.description.machine.states]
+    if state and state not in names:
+        raise ScenarioError(f"begins_in {state!r} is no state of {plant.name!r}{near_matches(state, names)}")
+    found = replace(chosen, begins_in=state, setpoints=tuple(sorted((setpoints or {}).items())))
+    for tag, value in found.setpoints:
+        known = plant.description.tags_by_name
+        if tag not in known or plant.description.variables[tag] not in plant.model.inputs:
+            raise ScenarioError(f"setpoint {tag!r} is none that can be commanded{near_matches(tag, known)}")
+        if not known[tag].range.contains(value):
+            inside = f"{known[tag].range.low:g} to {known[tag].range.high:g} {known[tag].unit}"
+            raise ScenarioError(f"setpoint {tag!r} = {value:g} must lie in {inside}")
+    return found
+
+
+def begun(plant: Plant, scenario: Scenario) -> Plant:
+    """``plant`` as it stands when ``scenario`` begins: that state is its initial and ordinary one.
+
+    Everybody who looks after it sees the same: guard, recovery and whoever scores. The same plant for equal beginnings.
+    """
+    if not (scenario.begins_in or scenario.setpoints):
+        return plant
+    key = id(plant), scenario.begins_in, scenario.setpoints
+    if key not in _begun:
+        machine = plant.description.machine
+        state = scenario.begins_in or machine.initial.name
+        description = replace(plant.description, machine=_begins(machine, state))
+        made = replace(plant, description=description, start=_start(plant, state, dict(scenario.setpoints)))
+        _begun[key] = plant, made  # the plant keeps its number
+    return _begun[key][1]
+
+
+def _begins(machine: StateMachine, state: str) -> StateMachine:
+    return replace(machine, states=tuple(replace(s, initial=s.name == state) for s in machine.states))
+
+
+def _start(plant: Plant, state: str, setpoints: Mapping[str, float]) -> Vec:
+    """Inputs at the start of a run, shape (inputs,)."""
+    inputs = plant.start.copy()
+    own = plant.description.machine.state(state)
+    design = {r.tag: r.design for r in own.setpoints if r.design is not None} if not own.initial else {}
+    for tag, value in {**design, **setpoints}.items():
+        inputs[plant.model.inputs.index(plant.description.variables[tag])] = value
+    return inputs
