@@ -16,6 +16,7 @@ from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.plants.plant import Plant
 from homeostat.plants.wired.assembly import new_sequencer
+from homeostat.process.batch import ProcessError
 
 FAULTS: Mapping[int, str] = {
     1: "A_poor",
@@ -74,8 +75,12 @@ def left_alone(plant: Plant, case: Scenario) -> Ended:
         beyond += any(each.formula.evaluate(read, 1.0).value < 0.0 for each in hard)
         return beyond > _AFTER
 
-    truth = watch(open_process(plant, case), new_sequencer(plant).sample, lost).truth()
-    trips = [Trip(math.inf)]
+    process, trips = open_process(plant, case), [Trip(math.inf)]
+    try:
+        watch(process, new_sequencer(plant).sample, lost)
+    except ProcessError:  # beyond its limits the model goes where there is no plant
+        trips += [Trip((process.truth().times_s[-1] - onset_s) / 3600.0, "no plant any more")]
+    truth = process.truth()
     for limit in hard:
         outside = np.flatnonzero(force.outside(limit, truth))
         trips += [Trip((truth.times_s[outside[0]] - onset_s) / 3600.0, limit.name)] if outside.size else []

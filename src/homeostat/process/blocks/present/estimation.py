@@ -10,7 +10,7 @@ import numpy as np
 from homeostat.process.blocks.hydraulics.solver import room, solve_network
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import Delay, Lag, Network, Sensor, held
-from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate, leaves, replaced, together
+from homeostat.process.blocks.term import TICK, ZERO, Leaf, Term, evaluate, leaves, replaced, together
 from homeostat.process.types import Table, Vec
 
 _ROUNDS: Final = 8
@@ -74,6 +74,11 @@ class Estimation:
             given = readings.get(c.given, np.nan)
             x[at[str(c.used.value)]] = readings[c.measured] if np.isnan(given) else given
         values = self._values(x, readings)
+        for a in sheet.actuators.values():
+            if a.withheld != ZERO and a.name not in self.shown_actuators:
+                passes = min(max(x[at[a.command]] - float(evaluate(a.withheld, values)), 0.0), 1.0)
+                for column in a.positions:
+                    x[at[column]] = values[held(column)] = passes
         found = self._solved(np.array([evaluate(s.usual, values) for s in sheet.states.values()]), values, readings)
         x[: len(found)] = found
         self._follow(x, values | dict(zip(self._states, found.tolist(), strict=True)), readings)
