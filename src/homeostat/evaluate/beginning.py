@@ -14,7 +14,9 @@ from homeostat.stl.spelling import near_matches
 _begun: dict[tuple[int, str, tuple[tuple[str, float], ...]], tuple[Plant, Plant]] = {}
 
 
-def beginning(plant: Plant, chosen: Scenario, state: str = "", setpoints: Mapping[str, float] | None = None) -> Scenario:
+def beginning(
+    plant: Plant, chosen: Scenario, state: str = "", setpoints: Mapping[str, float] | None = None
+) -> Scenario:
     """``chosen``, which begins in ``state`` with ``setpoints`` (tag -> value); ScenarioError where it cannot."""
     names = [s.name for s in plant.description.machine.states]
     if state and state not in names:

@@ -109,7 +109,7 @@ class ScenarioPlan(_Table):
         if listed and self.name is None:
             raise ValueError("a list of faults needs a name for the tables")
         if (self.disturbances or self.begins_in or self.setpoints) and self.name is None:
-            raise ValueError("a scenario with disturbances, or with a beginning of its own, needs a name for the tables")
+            raise ValueError("a scenario with disturbances or a beginning of its own needs a name for the tables")
         if self.draw > (len(self.fault) if listed else 1):
             raise ValueError(f"{self.draw} faults cannot be drawn from {len(self.fault) if listed else 1}")
         if self.unknown and self.fault == "none":
