@@ -12,9 +12,10 @@ import numpy as np
 from benchmarks.tennessee.published import HOURS, PUBLISHED
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.reference.unsupervised import open_process, watch
-from homeostat.evaluate.scenario import scenario
+from homeostat.evaluate.scenario import departing, scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.plants.plant import Plant
+from homeostat.plants.truth import NONE
 from homeostat.plants.wired.assembly import new_sequencer
 
 FAULTS: Mapping[int, str] = {
@@ -48,9 +49,10 @@ class Trip:
         return f"{self.hours:.2f} h, {self.limit}" if math.isfinite(self.hours) else "kept"
 
 
-def alone(plant: Plant, fault: str, seed: int) -> Trip:
+def alone(plant: Plant, fault: str, seed: int, mismatch: str = NONE) -> Trip:
     """What becomes of ``plant`` with ``fault`` at its nominal size, with its own parameters and noise of ``seed``."""
     case = scenario(plant, fault, seed, onset_s=ONSET_S, end_s=ONSET_S + 3600.0 * HOURS)
+    case = departing(plant, case, mismatch=mismatch)
     force, beyond = LimitsInForce.after(plant.description, 0.0), 0
     hard = plant.description.limits.hard
 
