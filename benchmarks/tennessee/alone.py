@@ -12,9 +12,10 @@ import numpy as np
 from benchmarks.tennessee.published import HOURS, PUBLISHED
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.evaluate.reference.unsupervised import open_process, watch
-from homeostat.evaluate.scenario import Scenario, scenario
+from homeostat.evaluate.scenario import Scenario, departing, scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.plants.plant import Plant
+from homeostat.plants.truth import NONE
 from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.batch import ProcessError
 
@@ -58,9 +59,10 @@ class Ended:
     """What was the case, up to a little after the trip."""
 
 
-def alone(plant: Plant, fault: str, seed: int) -> Trip:
+def alone(plant: Plant, fault: str, seed: int, mismatch: str = NONE) -> Trip:
     """What becomes of ``plant`` with ``fault`` at its nominal size, with its own parameters and noise of ``seed``."""
-    return left_alone(plant, scenario(plant, fault, seed, onset_s=ONSET_S, end_s=ONSET_S + 3600.0 * HOURS)).trip
+    case = scenario(plant, fault, seed, onset_s=ONSET_S, end_s=ONSET_S + 3600.0 * HOURS)
+    return left_alone(plant, departing(plant, case, mismatch=mismatch)).trip
 
 
 def left_alone(plant: Plant, case: Scenario) -> Ended:

@@ -11,12 +11,14 @@ from pathlib import Path
 from benchmarks.host import kept
 from benchmarks.tennessee.alone import ONSET_S, Trip, alone
 from homeostat.evaluate.runner import run
-from homeostat.evaluate.scenario import scenario
+from homeostat.evaluate.scenario import departing, scenario
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.plant import Plant
 
 HOURS = 8
 """How long a run goes on after the onset."""
+MISMATCH = "plant"
+"""How the true plant is not the model that its twin has."""
 THOUGHT_S = 60.0
 """What every thought takes of the process's time, so that runs are equal on any host [s]."""
 
@@ -65,8 +67,8 @@ def there(fault: str, seed: int) -> bool:
 
 
 def _looked(plant: Plant, fault: str, seed: int) -> Looked:
-    nobody = alone(plant, fault, seed)
-    case = scenario(plant, fault, seed, onset_s=ONSET_S, end_s=ONSET_S + 3600.0 * HOURS)
+    nobody = alone(plant, fault, seed, MISMATCH)
+    case = departing(plant, scenario(plant, fault, seed, ONSET_S, end_s=ONSET_S + 3600.0 * HOURS), mismatch=MISMATCH)
     began = time.process_time()
     done = run(plant, case, clock=DeclaredClock(THOUGHT_S)).result(Path())
     cpu_s = time.process_time() - began

@@ -61,7 +61,7 @@ def test_equal_seeds_disturb_equally(tmp_path: Path) -> None:
         (("--disturb", "T_coolant + 3 from 900"), "must begin in the run, 0 s to 900 s; choose an earlier begin"),
         (("--disturb", "UA * 0.5 every 1"), "acts at no whole second of the run"),
         (("--disturb", "UA * 0.5 from 100.2 to 100.8"), "acts at no whole second of the run"),
-        (("--mismatch", "real"), "no mismatch 'real'; it has none, plant, twice"),
+        (("--mismatch", "real"), "no mismatch 'real'; there are: 'none', 'plant', 'twice'"),
     ],
 )
 def test_what_the_plant_cannot_have_is_refused_before_anything_is_made(

@@ -154,5 +154,5 @@ def find_mismatch(model: ProcessModel, name: str) -> Mismatch | None:
         return None
     known = mismatches(model)
     if name not in known:
-        raise PlantError(f"the plant has no mismatch {name!r}; it has {', '.join((NONE, *known))}")
+        raise PlantError(f"the plant has no mismatch {name!r}; there are: {', '.join(map(repr, (NONE, *known)))}")
     return known[name]

@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Final
 
 from homeostat.plants.tennessee_eastman import flows
+from homeostat.plants.tennessee_eastman.assumed import Assumed
 from homeostat.plants.tennessee_eastman.control import controlled
 from homeostat.plants.tennessee_eastman.instruments import (
     GAS_S,
@@ -24,7 +25,7 @@ from homeostat.plants.tennessee_eastman.reaction import reactions
 from homeostat.plants.tennessee_eastman.streams import HOUR, liquid, shared, vapour
 from homeostat.plants.tennessee_eastman.substances import BTU, LB, MASS, weighted
 from homeostat.plants.tennessee_eastman.vessels import ZERO, Drum, Header, Held, Sump
-from homeostat.process.blocks import Flowsheet, Term, number, term
+from homeostat.process.blocks import Flowsheet, Term, number, term, where
 
 _REACTOR: Final = Held(
     (10.40491389, 4.363996017, 7.570059737, 0.4230042431, 24.15513437, 2.942597645, 154.3770655, 159.186596),
@@ -51,21 +52,22 @@ def _feed(flow: Term, **shares: Term | float) -> list[Term]:
     return shared([term(shares.get(name, 0.0)) for name in "ABCDEFGH"], flow)
 
 
-def plant() -> Flowsheet:
-    """The plant with its basic control."""
-    s = Flowsheet(parts=15, replayed="setpoints")  # without its control it runs away within the hour
+def plant(laws: Assumed) -> Flowsheet:
+    """The plant with its basic control and ``laws``."""
+    s = Flowsheet(replayed="setpoints")  # without its control it runs away within the hour
     valve = controlled(s)
     r, d = Drum(s, "R", _REACTOR, 1300.0), Drum(s, "S", _SEPARATOR, 3500.0)
     c, h = Sump(s, "C", _SUMP), Header(s, "H", _HEADER, 5000.0)
     water_r = s.state("R_water", "degC", 94.59927549)
     water_s = s.state("S_water", "degC", 77.29698353)
+    s.parts = where(r.liquid < number(13.0, "m3"), 48.0, 24.0)  # a reactor that is half empty takes up D within 0.7 s
     a, b = s.disturbance("A_in_4"), s.disturbance("B_in_4")
     hot = {name: s.disturbance(f"T_feed_{name}") for name in ("1", "2", "3", "4")}
     rich = s.fault("B_rich")
     a, b = a - s.fault("A_poor") - 0.487438 * rich, b + rich
-    f1 = valve[3].opening * "most_1" * (1.0 - s.fault("A_lost"))
-    f2, f3 = valve[1].opening * "most_2", valve[2].opening * "most_3"
-    f4 = valve[4].opening * "most_4" * (1.0 - s.fault("C_header"))
+    d_open, e_open, a_open, c_open = (laws.opened(valve[i].opening) for i in (1, 2, 3, 4))
+    f1, f2, f3 = a_open * "most_1" * (1.0 - s.fault("A_lost")), d_open * "most_2", e_open * "most_3"
+    f4 = c_open * "most_4" * (1.0 - s.fault("C_header"))
     one = vapour(_feed(f1, A=0.9999, B=0.0001), hot["1"])
     two = vapour(_feed(f2, B=0.0001, D=0.9999), hot["2"] + s.fault("D_hot"))
     three = vapour(_feed(f3, E=0.9999, F=0.0001), hot["3"])
@@ -74,15 +76,17 @@ def plant() -> Flowsheet:
     seven = vapour(shared(r.y, flows.through(4574.21, r.p - d.p, r.mass)), r.t)
     machine = flows.compressed(valve[5].opening, d, h)
     eight, nine = (vapour(shared(d.y, f), d.t) for f in (machine.flow, flows.purged(valve[6].opening, d)))
-    ten = liquid(flows.drawn(valve[7].opening, term("most_10"), d), d.t)
+    ten = liquid(flows.drawn(laws.opened(valve[7].opening), term("most_10"), d), d.t)
     five, fallen = flows.stripped(four, ten, c)
-    eleven = liquid(flows.drawn(valve[8].opening, term("most_11"), c), c.t)
+    eleven = liquid(flows.drawn(laws.opened(valve[8].opening), term("most_11"), c), c.t)
     made, heat = reactions(r, term("k1"), term("k2"))
-    q_r = term("UA_R") * flows.reactor_cooling(r, valve[12].opening, water_r)
-    q_s = term("UA_S") * flows.condenser_cooling(seven.flow, r, water_s)
+    q_r = (
+        term("UA_R") * laws.film("R", valve[10].opening / 0.4111) * flows.reactor_cooling(r, valve[12].opening, water_r)
+    )
+    q_s = term("UA_S") * laws.film("S", valve[11].opening / 0.1811) * flows.condenser_cooling(seven.flow, r, water_s)
     steam = flows.steamed(valve[9].opening, c)
-    r.balance([six], [seven], heat + q_r, made)
-    d.balance([seven], [eight, nine, ten], q_s - machine.work, _NOTHING)
+    r.balance([six], [seven], heat + q_r - laws.given_off("R", r.t), made)
+    d.balance([seven], [eight, nine, ten], q_s - machine.work - laws.given_off("S", d.t), _NOTHING)
     c.balance([fallen], [eleven], steam + four.heat + ten.heat - five.heat - fallen.heat, _NOTHING)
     h.balance([one, two, three, five, eight], [six], machine.work, _NOTHING)
     cold_r = s.disturbance("T_water_R") + s.fault("R_water_hot")
@@ -111,4 +115,4 @@ def plant() -> Flowsheet:
     return s
 
 
-TENNESSEE_EASTMAN = plant()
+TENNESSEE_EASTMAN = plant(Assumed())

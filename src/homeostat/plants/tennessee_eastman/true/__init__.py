@@ -1,0 +1,1 @@
+"""The Tennessee Eastman plant as it truly is in a simulated run; the twin and the agents know nothing of it."""

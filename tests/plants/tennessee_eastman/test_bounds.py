@@ -1,0 +1,49 @@
+"""At the bounds of what a search may ask for: the plant stays what it is, and steps are short enough for its gas."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from homeostat.process.batch import Batch, BatchRun
+from homeostat.process.blocks.stiffness import Motion
+from tests.plants.tennessee_eastman.eastman import eastman, model, stated
+
+STABLE = 2.785
+"""Rate times step up to which Runge-Kutta 4 is stable."""
+TICKS = 720
+
+
+def test_every_corner_of_what_may_be_adjusted_is_followed_for_half_a_day() -> None:
+    """With steps of 4 s four of sixteen corners left the physical world after two to three hours."""
+    plant, d = eastman(), eastman().description
+    (state,) = (each for each in d.machine.states if each.name == "adjusted")
+    free = [each for each in state.setpoints if each.low < each.high]
+    corners = list(itertools.product(*((each.low, each.high) for each in free)))
+    assert len(corners) >= 16
+    inputs = np.tile(plant.start, (len(corners), TICKS, 1))
+    for setpoint, values in zip(free, zip(*corners, strict=True), strict=True):
+        inputs[:, 60:, model().inputs.index(d.variables[setpoint.tag])] = np.array(values)[:, None]
+    none = np.zeros((len(corners), len(model().faults)))
+    batch = Batch(
+        state=np.repeat(model().initial_state(stated())[None], len(corners), axis=0),
+        parameters=np.repeat(stated()[None], len(corners), axis=0),
+        severity=none,
+        onset_s=none.copy(),
+        inputs=inputs,
+        input_of=np.arange(len(corners)),
+        start_s=0.0,
+        steps=TICKS,
+        stride=1,
+        record=tuple(range(len(model().states))),
+        seeds=np.arange(len(corners)),
+        process_noise=np.zeros(len(corners)),
+        sensor_noise=np.zeros(len(corners)),
+    )
+    run = BatchRun(model().kernel, batch, model().states.__getitem__, refuse=False)
+    run.advance(TICKS)
+    assert np.isfinite(run.record).all()
+    for k, course in enumerate(run.record[:, ::8]):
+        motion = Motion(model().layout, course, inputs[k, ::8], stated())
+        assert np.max(motion.fastest()[0] * model().layout.tick_s / motion.parts) < STABLE, corners[k]
