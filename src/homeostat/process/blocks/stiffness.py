@@ -45,7 +45,7 @@ class Motion:
         self.parts = np.broadcast_to(parts, len(states)).astype(np.int64)
         """In how many steps a tick is integrated that begins in each of them."""
         self._fastest_s = layout.sheet.fastest_s
-        self.stable: Vec = RUNGE_KUTTA * self.parts / self._tick_s
+        self.stable: Vec = np.asarray(RUNGE_KUTTA * self.parts / self._tick_s, dtype=np.float64)
         if self._fastest_s is not None:
             self.stable = np.full(len(states), fastest(self._tick_s, self._fastest_s))
         """Rate up to which the steps of a tick are stable that begins in each of them [1/s]."""
