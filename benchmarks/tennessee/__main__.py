@@ -7,14 +7,16 @@ that a study that was ended goes on; ``--only-there`` writes the page of those t
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 
 from benchmarks.host import ROOT
-from benchmarks.tennessee.alone import FAULTS, alone, published
+from benchmarks.tennessee.alone import FAULTS, HEALTHY, ONSET_S, Trip, ended, published, upsets
 from benchmarks.tennessee.engine import speed
 from benchmarks.tennessee.operated import looked, there
-from benchmarks.tennessee.page import write
-from homeostat.plants.plant import load_plant
+from benchmarks.tennessee.page import Beside, write
+from benchmarks.tennessee.spread import published_spread, spread
+from homeostat.plants.plant import Plant, load_plant
 
 SEEDS = (1, 2, 3)
 STUCK = ("V1_stuck_closed", "V4_weak", "V6_stuck_closed", "V7_stuck_closed", "V10_stuck_open", "V11_stuck_closed")
@@ -28,16 +30,29 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "results" / "tennessee.md")
     asked = parser.parse_args()
     plant = load_plant("tennessee_eastman")
-    ours = {idv: [alone(plant, fault, seed) for seed in SEEDS] for idv, fault in FAULTS.items()}
+    beside = _beside(plant)
     cases = [(fault, seed) for seed in SEEDS for fault in (*reversed(FAULTS.values()), *STUCK)]
     runs = []
     for fault, seed in cases:
         if there(fault, seed) or not asked.only_there:
             runs.append(looked(plant, fault, seed))
             print(f"{fault} seed {seed}: {runs[-1].outcome}", flush=True)
-    write(asked.out, ours, published(), runs, len(cases), speed(plant))
+    write(asked.out, beside, runs, len(cases), speed(plant))
     print(f"{asked.out}: written")
     return 0
+
+
+def _beside(plant: Plant) -> Beside:
+    """Every run with nobody that the published code has, too."""
+    trips: dict[int, list[Trip]] = {}
+    spreads: dict[int, list[Mapping[str, float]]] = {}
+    theirs, varying = published(), published_spread()
+    for upset in (HEALTHY, *upsets().values()):
+        for seed in SEEDS if upset.idv in theirs or upset.idv in varying else ():
+            trip, truth = ended(plant, upset, seed)
+            trips.setdefault(upset.idv, []).append(trip)
+            spreads.setdefault(upset.idv, []).append(spread(truth, ONSET_S))
+    return Beside(upsets(), trips, theirs, spreads, varying)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ import csv
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -19,20 +20,56 @@ from homeostat.plants.truth import NONE
 from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.batch import ProcessError
 
-FAULTS: Mapping[int, str] = {
-    1: "A_poor",
-    2: "B_rich",
-    3: "D_hot",
-    4: "R_water_hot",
-    5: "S_water_hot",
-    6: "A_lost",
-    7: "C_header",
-}
-"""Number of a published disturbance -> the fault of the plant that it is."""
+DISTURBANCES = Path(__file__).with_name("disturbances.csv")
+"""Each published disturbance in our words: a fault of the plant's tables, or what happens to the true plant."""
 ONSET_S = 3600.0
 """When it begins [s]."""
 _AFTER = 10
 """Readings beyond a limit after which nobody waits any more: from there the model goes where it was not made for."""
+
+
+@dataclass(frozen=True)
+class Upset:
+    """A published disturbance in our words."""
+
+    idv: int
+    """Its published number."""
+    fault: str
+    """Fault of the plant's tables that it is; empty where it stands in none."""
+    disturbances: tuple[str, ...]
+    """What it does to the true plant instead, from the start on; empty for a fault."""
+    published: str
+    """What it is called there."""
+    source: str
+    """Where what it does is published."""
+
+    @property
+    def told(self) -> str:
+        """It as a cell of a table."""
+        return self.fault or "; ".join(self.disturbances)
+
+    def scenario(self, plant: Plant, seed: int, onset_s: float, end_s: float, mismatch: str = NONE) -> Scenario:
+        """It at its nominal size from ``onset_s`` on, in a run that ends at ``end_s`` [s]."""
+        onset = onset_s if self.fault else None
+        case = scenario(plant, self.fault or "none", seed, onset_s=onset, end_s=end_s)
+        return departing(plant, case, [f"{text} from {onset_s:g}" for text in self.disturbances], mismatch)
+
+
+def upsets() -> dict[int, Upset]:
+    """Number of every published disturbance, 1 to 28 -> what it is here."""
+    with DISTURBANCES.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    found = {}
+    for row in rows:
+        texts = tuple(text.strip() for text in row["disturbances"].split(";") if text.strip())
+        found[int(row["idv"])] = Upset(int(row["idv"]), row["fault"], texts, row["published"], row["source"])
+    return found
+
+
+HEALTHY = Upset(0, "", (), "", "")
+"""No disturbance at all."""
+FAULTS: Mapping[int, str] = {idv: upset.fault for idv, upset in upsets().items() if upset.fault}
+"""Number of a published disturbance -> the fault of the plant that it is."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +98,13 @@ class Ended:
 
 def alone(plant: Plant, fault: str, seed: int, mismatch: str = NONE) -> Trip:
     """What becomes of ``plant`` with ``fault`` at its nominal size, with its own parameters and noise of ``seed``."""
-    case = scenario(plant, fault, seed, onset_s=ONSET_S, end_s=ONSET_S + 3600.0 * HOURS)
-    return left_alone(plant, departing(plant, case, mismatch=mismatch)).trip
+    return ended(plant, Upset(0, fault, (), "", ""), seed, mismatch)[0]
+
+
+def ended(plant: Plant, upset: Upset, seed: int, mismatch: str = NONE) -> tuple[Trip, Trajectory]:
+    """What becomes of ``plant`` with ``upset``, with its own parameters, courses and noise of ``seed``; true values."""
+    found = left_alone(plant, upset.scenario(plant, seed, ONSET_S, ONSET_S + 3600.0 * HOURS, mismatch))
+    return found.trip, found.truth
 
 
 def left_alone(plant: Plant, case: Scenario) -> Ended:

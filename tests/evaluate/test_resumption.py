@@ -14,7 +14,7 @@ from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.recorded.resumption import Past, ResumptionError, told
 from homeostat.evaluate.recorded.run import record_run
 from homeostat.evaluate.run import Run
-from homeostat.evaluate.scenario import scenario
+from homeostat.evaluate.scenario import departing, scenario
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
 from homeostat.plants.plant import Plant, load_plant
@@ -29,8 +29,10 @@ def plant() -> Plant:
     return load_plant("mixing_module")
 
 
-def recorded(directory: RunDirectory, operation: Operation | None = None, fault: str = FAULT) -> Run:
-    chosen = scenario(plant(), fault, 1, end_s=END_S)
+def recorded(
+    directory: RunDirectory, operation: Operation | None = None, fault: str = FAULT, disturbances: tuple[str, ...] = ()
+) -> Run:
+    chosen = departing(plant(), scenario(plant(), fault, 1, end_s=END_S), disturbances)
     with directory:
         return record_run(
             plant(), chosen, directory, Thinking(declared_s=1.0), "search", lambda event, at_s: None,
@@ -77,6 +79,18 @@ def test_killed_between_two_thoughts_it_goes_on_as_if_it_had_not_been(
     assert again.outcome is first.outcome and again.state == first.state
     report = verify(tmp_path / "run")
     assert report.complete and report.contradictions == ()
+
+
+def test_what_chance_does_to_the_plant_goes_on_as_it_would_have(tmp_path: Path) -> None:
+    happens = ("fill_rate * 0.9 wandering from 3 every 8..20", "B201.level reads + 0.002 bursting every 10..30 back 4")
+    first = recorded(RunDirectory(tmp_path / "first"), None, "none", happens)
+    past = killed(tmp_path / "first", tmp_path / "run", "state-entered", 60.0)
+    assert 0.0 < past.at_s < END_S and past.started.disturbances == happens
+    again = recorded(RunDirectory.resume(tmp_path / "run"), Operation(past=past), "none", happens)
+    quiet = recorded(RunDirectory(tmp_path / "quiet"), None, "none")
+    for name, values in first.truth.signals.items():
+        assert np.array_equal(values, again.truth.signals[name], equal_nan=True), name
+    assert not np.array_equal(first.truth.signals["B202.level"], quiet.truth.signals["B202.level"])
 
 
 @pytest.mark.parametrize("kind", ["write-intended", "write-ended", "sequence-loaded", "diagnosed", "attempted"])

@@ -23,6 +23,8 @@ class Stream(StrEnum):
     """Parameters of the true plant."""
     TRUTH_NOISE = "truth/noise"
     """Disturbances and sensor noise of the true plant."""
+    TRUTH_COURSES = "truth/courses"
+    """Courses of disturbances that wander or come in bursts, one child for each of its names."""
     TWIN_REFINE = "twin/refine"
     """Choosing among a search's finalists."""
     TWIN_EXPLORE = "twin/explore"

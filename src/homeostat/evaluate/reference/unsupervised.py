@@ -10,7 +10,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from homeostat.domain.disturbance import Disturbance
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.evaluate.scenario import Scenario
@@ -68,19 +67,20 @@ def true_plant(plant: Plant, scenario: Scenario) -> PlantConfiguration:
         faults=scenario.faults,
         end_s=scenario.end_s,
         noise_seed=noise_seed(scenario.seed, Stream.TRUTH_NOISE),
-        departed=_departed(plant, mismatch, scenario.disturbances),
+        departed=_departed(plant, mismatch, scenario),
         repaired_s=math.inf if scenario.repaired_s is None else scenario.repaired_s,
     )
 
 
-def _departed(plant: Plant, mismatch: Mismatch | None, disturbances: tuple[Disturbance, ...]) -> Departed | None:
+def _departed(plant: Plant, mismatch: Mismatch | None, scenario: Scenario) -> Departed | None:
     """How the true plant differs from its model; None where it does not, and what simulates it needs no more."""
-    truth = true_model(plant.model)
+    truth, disturbances = true_model(plant.model), scenario.disturbances
     if truth is None or (mismatch is None and not disturbances):
         return None
+    seed = noise_seed(scenario.seed, Stream.TRUTH_COURSES)
     if mismatch is None:
-        return Departed(truth, np.array(truth.departures.neutral()), disturbances)
-    return Departed(truth, mismatch.parameters, (*mismatch.drifts, *disturbances))
+        return Departed(truth, np.array(truth.departures.neutral()), disturbances, seed)
+    return Departed(truth, mismatch.parameters, (*mismatch.drifts, *disturbances), seed)
 
 
 def watch(

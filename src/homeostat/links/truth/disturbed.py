@@ -8,6 +8,7 @@ from homeostat.domain.disturbance import Disturbance, DisturbanceError, Effect
 from homeostat.domain.plant.description import PlantDescription, Relation
 from homeostat.domain.plant.tag import Role
 from homeostat.domain.recovery import Command
+from homeostat.links.truth.acting import Acting, acting
 from homeostat.process.departures import Departures
 from homeostat.process.model import ProcessModel
 from homeostat.process.types import Vec
@@ -71,17 +72,19 @@ class Targets:
 class Disturbed:
     """Disturbances that act on one plant."""
 
-    def __init__(self, targets: Targets, disturbances: Sequence[Disturbance], tick_s: float) -> None:
+    def __init__(self, targets: Targets, disturbances: Sequence[Disturbance], tick_s: float, seed: int = 0) -> None:
         """``targets``: what the plant has; ``tick_s``: how long what people change has stood when it is looked at [s].
+
+        ``seed``: of the courses that chance gives.
 
         DisturbanceError where the plant cannot have one of the ``disturbances``.
         """
         self._tick_s = tick_s
-        found = [(targets.column(d), d) for d in disturbances]
-        self._columns = tuple((column, d) for column, d in found if column is not None)
+        found = [(targets.column(each.what), each) for each in acting(disturbances, seed)]
+        self._columns = tuple((column, each) for column, each in found if column is not None)
         self._inputs = tuple((targets.inputs[d.name], d) for column, d in found if d.name in targets.inputs)
         moved = {d.name: None for column, d in found if column is None and d.name in targets.setpoints}
-        self._moves = {tag: [d for _, d in found if d.name == tag] for tag in moved}
+        self._moves: dict[str, list[Acting]] = {tag: [d for _, d in found if d.name == tag] for tag in moved}
         self._ranges = targets.ranges
         self._moved: dict[str, tuple[float, float, list[float]]] = {}
 
@@ -94,14 +97,14 @@ class Disturbed:
         """Set in ``parameters`` what the ``usual`` ones become at ``at_s`` [s], in the order of the disturbances."""
         for column, _ in self._columns:
             parameters[column] = usual[column]
-        for column, disturbance in self._columns:
-            parameters[column] = disturbance.applied(parameters[column], at_s)
+        for column, each in self._columns:
+            parameters[column] = each.applied(parameters[column], at_s)
 
     def inputs(self, commanded: Vec, at_s: float) -> Vec:
         """What of the ``commanded`` inputs reaches the plant at ``at_s`` [s], within the ranges of their tags."""
-        acting = [(column, d) for column, d in self._inputs if d.share(at_s) != 0.0]
-        reached = commanded.copy() if acting else commanded
-        for column, d in acting:
+        now = [(column, d) for column, d in self._inputs if d.share(at_s) != 0.0]
+        reached = commanded.copy() if now else commanded
+        for column, d in now:
             reached[column] = self._ranges[d.name].clip(d.applied(float(reached[column]), at_s))
         return reached
 
@@ -122,7 +125,7 @@ class Disturbed:
                 base, undone = present, before
             value = base
             for d, share, lost in zip(moves, shares, undone, strict=True):
-                value = d.changed(value, share - lost if d.from_s <= at_s < d.to_s else 0.0)
+                value = d.what.changed(value, share - lost if d.what.from_s <= at_s < d.what.to_s else 0.0)
             value = self._ranges[tag].clip(value)
             self._moved[tag] = base, value, undone
             found.append(Command(tag, value, None))

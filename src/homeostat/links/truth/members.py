@@ -27,11 +27,10 @@ class Members:
         self._model, self._plant, self._truth, departed = model, plant, truth, truth.departed
         self._kernel = departed.model.kernel if departed else model.kernel
         self._usual = np.concatenate([truth.parameters, departed.parameters]) if departed else truth.parameters
-        self._disturbed = (
-            Disturbed(Targets(model, departed.model.departures, plant), departed.disturbances, tick_of(model.kernel))
-            if departed
-            else None
-        )
+        self._disturbed = None
+        if departed:
+            targets = Targets(model, departed.model.departures, plant)
+            self._disturbed = Disturbed(targets, departed.disturbances, tick_of(model.kernel), departed.seed)
 
     def start(self) -> Vec:
         """The state in which the plant starts, shape (states,)."""

@@ -31,6 +31,8 @@ class Departed:
     """Its own parameters, shape (departures.parameters,)."""
     disturbances: tuple[Disturbance, ...] = ()
     """What happens to it."""
+    seed: int = 0
+    """Of the courses that chance gives what happens to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,9 +84,8 @@ class TrueProcess:
             self._kernel = departed.model.kernel
             self._usual = np.concatenate([self._usual, departed.parameters])
             state = np.concatenate([state, departed.model.own_states(state)])
-            self._disturbed = Disturbed(
-                Targets(model, departed.model.departures, plant), departed.disturbances, tick_of(model.kernel)
-            )
+            targets = Targets(model, departed.model.departures, plant)
+            self._disturbed = Disturbed(targets, departed.disturbances, tick_of(model.kernel), departed.seed)
         self._parameters, self._state = np.array(self._usual, dtype=np.float64, ndmin=2), state.reshape(1, -1)
         self._plant = plant
         self.inject(configuration.faults)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import re
 from collections.abc import Callable, Container, Iterator, Mapping
 from typing import Final, Literal, final
@@ -46,16 +47,26 @@ class Flowsheet:
     Wherever a term is taken, a string is the symbol of a parameter of the tables. All flows and rates are per second.
     """
 
-    def __init__(self, parts: int = 1, replayed: Literal["commands", "setpoints"] = COMMANDS) -> None:
+    def __init__(
+        self, parts: int = 1, replayed: Literal["commands", "setpoints"] = COMMANDS, fastest_s: float | None = None
+    ) -> None:
         """``parts``: steps of the integration (Runge-Kutta 4) in a tick.
+
+        ``fastest_s``: time of the fastest motion [s] where it would ask for many of them and does not swing, as flows
+        between vessels with little gas do: a tick is integrated in growing steps that are stable with it in place of
+        ``parts`` (:mod:`~homeostat.process.blocks.stabilised`).
 
         ``replayed``: what the twin is given when it follows a record. ``setpoints`` is for a plant that runs away under
         the commands of another one, however near: its own controllers act then.
         """
         if not 1 <= parts <= 100:
             raise FlowsheetError(f"parts = {parts}: a tick is integrated in 1 to 100 steps")
+        if fastest_s is not None and not (fastest_s > 0.0 and math.isfinite(fastest_s)):
+            raise FlowsheetError(f"fastest_s = {fastest_s}: it is a time in seconds, more than 0, or it is left out")
         self.parts = term(float(parts))
         """Steps of the integration in a tick, a whole number; a term where that depends on the states."""
+        self.fastest_s = fastest_s
+        """Time of the fastest motion [s], for which growing steps are taken; None for Runge-Kutta 4."""
         self.replayed = replayed
         """What the twin is given when it follows a record."""
         self.states: dict[str, State] = {}

@@ -10,6 +10,7 @@ from typing import Final
 from homeostat.process.blocks.flowsheet import LONGEST_DELAY, Flowsheet, FlowsheetError
 from homeostat.process.blocks.hydraulics.solver import room
 from homeostat.process.blocks.parts import Delay, Disturbance, Hold, Network
+from homeostat.process.blocks.stabilised import Stage, stages_of
 from homeostat.process.blocks.term import TIME, Leaf, Term, leaves
 from homeostat.process.departures import ACTUATOR_STATES, BEFORE_ACTUATOR, NOISE_LAW, Departures
 
@@ -141,12 +142,25 @@ class Layout:
         for each in self.sheet.lags.values():
             if isinstance(each, Network):
                 rooms[each.name], at = at, at + room(len(each.junctions), len(each.branches))
-        return {**rooms, "": at if self.room_of_states is None else at + 3 * len(self.sheet.states)}
+        return {**rooms, "": at if self.room_of_states is None else at + 4 * len(self.sheet.states)}
+
+    @cached_property
+    def stages(self) -> tuple[Stage, ...]:
+        """All evaluations of a tick where the sheet states its fastest motion; empty for Runge-Kutta 4."""
+        fastest_s = self.sheet.fastest_s
+        try:
+            return () if fastest_s is None else stages_of(self.tick_s, fastest_s)
+        except ValueError as error:
+            text = f"fastest_s = {fastest_s:g} beside a tick of {self.tick_s:g} s: {error}; leave out what is so fast"
+            raise FlowsheetError(f"{text}, or give [time] a shorter tick_s") from None
 
     @property
     def room_of_states(self) -> int | None:
-        """Where the states' numbers begin in the kernel's room; None where they are few and have variables."""
-        if len(self.sheet.states) <= MOST_APART:
+        """Where the states' numbers begin in the kernel's room; None where they are few and have variables.
+
+        Of stages that are stable with fast motions there are too many for variables.
+        """
+        if len(self.sheet.states) <= MOST_APART and not self.stages:
             return None
         networks = [each for each in self.sheet.lags.values() if isinstance(each, Network)]
         return max(len(self.sheet.sensors), 1) + sum(room(len(n.junctions), len(n.branches)) for n in networks)

@@ -16,6 +16,7 @@ from homeostat.evaluate.lint.deep.following import batch_of, moments, recorded
 from homeostat.evaluate.lint.finding import Finding, Place, Severity
 from homeostat.process.batch import BatchRun
 from homeostat.process.blocks.composed import ComposedModel
+from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.stiffness import Motion
 from homeostat.process.seeds import Stream, generator
 from homeostat.process.types import Table
@@ -26,14 +27,14 @@ LOOKS: Final = 40
 """Moments at which each course is looked at."""
 MOST_PARTS: Final = 100
 """Steps in a tick that a flowsheet may have."""
-DOUBTFUL: Final = 2.0
-"""Rate times step from which a motion is integrated again in shorter steps; Runge-Kutta 4 is stable up to 2.785."""
+DOUBTFUL: Final = 0.7
+"""Share of the rate that is stable from which a motion is integrated again in shorter steps."""
 TRIED, TICKS, FINER = 20, 3, 4
 """How many moments of a course are integrated again, for how long, and in how many times as many steps."""
 OFF: Final = 0.05
 """Share of what a state comes through by which it may differ after that."""
 _SAFE: Final = 1.4
-"""Rate times step that is proposed."""
+"""Rate times step that is proposed for Runge-Kutta 4."""
 
 
 class Coarse(NamedTuple):
@@ -43,8 +44,8 @@ class Coarse(NamedTuple):
     """By how much of its range a state differs with shorter ones."""
     rate: float
     """How fast it moves [1/s]."""
-    step_s: float
-    """Step in which it is integrated [s]."""
+    parts: int
+    """In how many steps the tick is integrated, where these are equal."""
     state: str
     """Which it is."""
     where: str
@@ -60,17 +61,22 @@ def integration(bench: Bench) -> Iterator[Finding]:
     found = [coarse for course in _visited(bench) if (coarse := _coarse(bench, model, *course)) is not None]
     if not found:
         return
-    worst = max(found)
-    tick_s = model.layout.tick_s
+    worst, place = max(found), Place(module_file(bench), None, "parts")
+    what = f"{worst.where}, {worst.state!r} moves by itself in {1.0 / worst.rate:.3g} s and is integrated in steps"
+    yield Finding(Severity.ERROR, "integration", place, *_told(worst, what, model.layout))
+
+
+def _told(worst: Coarse, what: str, layout: Layout) -> tuple[str, str]:
+    """What is wrong, and what to do."""
+    tick_s, stated_s = layout.tick_s, layout.sheet.fastest_s
+    if stated_s is not None:
+        remedy = f"state what is so fast, Flowsheet(fastest_s={1.0 / worst.rate:.2g}), or leave it out"
+        return f"{what} for {stated_s:.3g} s: with shorter ones it comes out otherwise", remedy
     needed = math.ceil(worst.rate * tick_s / _SAFE)
-    what = (
-        f"{worst.where}, {worst.state!r} moves by itself in {1.0 / worst.rate:.3g} s and is integrated in steps of "
-        f"{worst.step_s:.3g} s: with shorter ones it comes out otherwise"
-    )
     remedy = f"integrate a tick in {needed} steps, Flowsheet(parts={needed})"
     if needed > MOST_PARTS:
-        remedy = "leave out what is so fast, or give [time] a shorter tick_s"
-    yield Finding(Severity.ERROR, "integration", Place(module_file(bench), None, "parts"), what, remedy)
+        remedy = "leave out what is so fast, give Flowsheet a fastest_s, or give [time] a shorter tick_s"
+    return f"{what} of {tick_s / worst.parts:.3g} s: with shorter ones it comes out otherwise", remedy
 
 
 def _coarse(bench: Bench, model: ComposedModel, where: str, states: Table, inputs: Table) -> Coarse | None:
@@ -81,18 +87,17 @@ def _coarse(bench: Bench, model: ComposedModel, where: str, states: Table, input
     states, inputs = states[sound], inputs[sound]
     motion = Motion(layout, states, inputs, bench.nominal)
     rates, names = motion.fastest()
-    steps_s = layout.tick_s / motion.parts
-    rows = np.argsort(rates * steps_s)[::-1][:TRIED]
-    rows = rows[(rates * steps_s)[rows] > DOUBTFUL]
+    shares = rates / motion.stable
+    rows = np.argsort(shares)[::-1][:TRIED]
+    rows = rows[shares[rows] > DOUBTFUL]
     span = np.maximum(np.ptp(motion.states, axis=0), 1e-9)
     found = []
     for parts in np.unique(motion.parts[rows]).tolist():
         alike = rows[motion.parts[rows] == parts]
         again = Motion(layout, states[alike], inputs[alike], bench.nominal)
-        off = np.abs(again.ahead(parts, TICKS) - again.ahead(FINER * parts, TICKS)) / span
-        shares = np.nan_to_num(off, nan=np.inf).max(axis=1)
-        for row, share in zip(alike.tolist(), shares.tolist(), strict=True):
-            found.append(Coarse(share, float(rates[row]), float(steps_s[row]), names[row], where))
+        off = np.nan_to_num(np.abs(again.ahead(TICKS) - again.ahead(TICKS, FINER)) / span, nan=np.inf).max(axis=1)
+        for row, share in zip(alike.tolist(), off.tolist(), strict=True):
+            found.append(Coarse(share, float(rates[row]), parts, names[row], where))
     worst = max(found, default=None)
     return worst if worst is not None and worst.off > OFF else None
 

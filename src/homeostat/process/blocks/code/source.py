@@ -1,7 +1,7 @@
 """The kernel of a flowsheet as source code: one tick of one member, straight on, as an engineer would write it.
 
 Each tick: controllers read what was measured last; actuators follow their commands; what comes from outside, lags and
-dead times; the balances with Runge-Kutta 4, positions held; instruments. Times within `SAME_S` are the same: sums of
+dead times; the balances in steps, positions held; instruments. Times within `SAME_S` are the same: sums of
 ticks are rounded.
 """
 
@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final, final
 
 from homeostat.process.blocks.code.control import conclude, control
+from homeostat.process.blocks.code.integrating import runge_kutta, runge_kutta_in_place, stabilised_in_place
 from homeostat.process.blocks.code.writing import Scope, function
 from homeostat.process.blocks.hydraulics.solver import ENOUGH
 from homeostat.process.blocks.layout import Layout
@@ -214,16 +215,20 @@ class _Source:
         scope.say(*(f"xm[{self._at[name]}] = work[{found + i}]" for i, name in enumerate(network.columns)))
 
     def _integrate(self, given: Sequence[str], scope: Scope) -> None:
-        """Runge-Kutta 4 over a tick with everything held that is no state."""
+        """The states over a tick with everything held that is none."""
         columns = [f"xm[{self._at[name]}]" for name in self._sheet.states]
         ys = [f"y{i}" for i in range(len(self._states))] if self._room is None else columns
         parts = scope.name(self._sheet.parts)
         if self._room is None:
             scope.say(*(f"{y} = {column}" for y, column in zip(ys, columns, strict=True)))
-            inner = list(_runge_kutta(ys, given))
+            inner = list(runge_kutta(ys, given))
+        elif not self._layout.stages:
+            inner = list(runge_kutta_in_place(len(ys), self._room, given))
         else:
-            inner = list(_runge_kutta_in_place(len(ys), self._room, given))
-        if parts == "1.0":
+            inner = list(stabilised_in_place(len(ys), self._room, given, self._layout.stages))
+        if self._layout.stages:
+            scope.say(*inner)
+        elif parts == "1.0":
             scope.say(f"h = {self._tick}", *inner)
         else:
             rounds = f"for _ in range(int({parts})):"
@@ -247,30 +252,3 @@ class _Source:
         yield f"{shown} = sensed({shown}, {ideal}, {drawn})"
         if s.step > 0.0:
             yield f"{shown} = {s.step!r} * math.floor({shown} / {s.step!r} + 0.5)"
-
-
-def _runge_kutta(ys: Sequence[str], given: Sequence[str]) -> Iterator[str]:
-    held = ", ".join(given)
-    for k, (before, share) in {"a": ("", ""), "b": ("a", "0.5 * h"), "c": ("b", "0.5 * h"), "d": ("c", "h")}.items():
-        at = [y if not before else f"{y} + {share} * {before}{i}" for i, y in enumerate(ys)]
-        made = ", ".join(f"{k}{i}" for i in range(len(ys)))
-        yield f"{made}, = slopes({', '.join(at)}{', ' + held if held else ''})"
-    for i, y in enumerate(ys):
-        yield f"{y} += h / 6.0 * (a{i} + 2.0 * b{i} + 2.0 * c{i} + d{i})"
-
-
-def _runge_kutta_in_place(count: int, at: int, given: Sequence[str]) -> Iterator[str]:
-    """A step of ``count`` states, which are the first columns, with room from ``at`` on for three numbers of each."""
-    held = "".join(f", {each}" for each in given)
-    yield f"for j in range({count}):"
-    yield f"    work[{at + count} + j], work[{at + 2 * count} + j] = 0.0, 0.0"
-    yield "for stage in range(4):"
-    yield "    share = 0.0 if stage == 0 else h if stage == 3 else 0.5 * h"
-    yield "    times = 2.0 if stage == 1 or stage == 2 else 1.0"
-    yield f"    for j in range({count}):"
-    yield f"        work[{at} + j] = xm[j] + share * work[{at + count} + j]"
-    yield f"    slopes(work{held})"
-    yield f"    for j in range({count}):"
-    yield f"        work[{at + 2 * count} + j] += times * work[{at + count} + j]"
-    yield f"for j in range({count}):"
-    yield f"    xm[j] += h / 6.0 * work[{at + 2 * count} + j]"
