@@ -45,3 +45,34 @@ def test_every_corner_of_what_may_be_adjusted_is_followed_for_half_a_day() -> No
     for k, course in enumerate(run.record[:, ::8]):
         motion = Motion(model().layout, course, inputs[k, ::8], stated())
         assert np.max(motion.fastest()[0] / motion.stable) < 1.0, corners[k]
+
+
+def test_a_stop_is_followed_beyond_the_limits() -> None:
+    """Water that is too hot boils the separator dry while the feeds are shut: what a fallback would come to is foreseen."""
+    plant, d = eastman(), eastman().description
+    inputs = np.tile(plant.start, (1, TICKS, 1))
+    (stop,) = d.fallback_strategies
+    for each in stop.actions.commands:
+        inputs[0, 20:, model().inputs.index(d.variables[each.tag])] = np.nan if each.value is None else each.value
+    parameters = np.array([plant.true_parameters(seed, spread=2.5) for seed in range(1, 9)])
+    severity = np.zeros((len(parameters), len(model().faults)))
+    severity[:, model().faults.index("S_water_hot")] = 6.0
+    severity[:, model().faults.index("V3_stuck_closed")] = 1.0
+    batch = Batch(
+        state=np.array([model().initial_state(each) for each in parameters]),
+        parameters=parameters,
+        severity=severity,
+        onset_s=np.zeros_like(severity),
+        inputs=inputs,
+        input_of=np.zeros(len(parameters), dtype=np.int64),
+        start_s=0.0,
+        steps=TICKS,
+        stride=1,
+        record=(model().states.index("LS_true"),),
+        seeds=np.arange(len(parameters)),
+        process_noise=np.ones(len(parameters)),
+        sensor_noise=np.ones(len(parameters)),
+    )
+    run = BatchRun(model().kernel, batch, model().states.__getitem__, refuse=False)
+    run.advance(TICKS)
+    assert np.isfinite(run.record).all() and run.record.min() < 2.7, "beyond the limit, and still there"

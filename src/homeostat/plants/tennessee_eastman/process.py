@@ -54,8 +54,8 @@ def _feed(flow: Term, **shares: Term | float) -> list[Term]:
 
 def plant(laws: Assumed) -> Flowsheet:
     """The plant with its basic control and ``laws``."""
-    # Its gas follows the flows within 1.8 s, D in little liquid within 0.7 s; without control it runs away in an hour.
-    s = Flowsheet(fastest_s=0.5, replayed="setpoints")
+    # Its gas follows the flows within 1.8 s, D in little liquid within 0.3 s; without control it runs away in an hour.
+    s = Flowsheet(fastest_s=0.25, replayed="setpoints")
     valve = controlled(s)
     r, d = Drum(s, "R", _REACTOR, 1300.0), Drum(s, "S", _SEPARATOR, 3500.0)
     c, h = Sump(s, "C", _SUMP), Header(s, "H", _HEADER, 5000.0)
