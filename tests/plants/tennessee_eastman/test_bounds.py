@@ -48,7 +48,7 @@ def test_every_corner_of_what_may_be_adjusted_is_followed_for_half_a_day() -> No
 
 
 def test_a_stop_is_followed_beyond_the_limits() -> None:
-    """Water that is too hot boils the separator dry while the feeds are shut: what a fallback would come to is foreseen."""
+    """Water that is too hot boils the separator dry while the feeds are shut: a fallback is foreseen all the same."""
     plant, d = eastman(), eastman().description
     inputs = np.tile(plant.start, (1, TICKS, 1))
     (stop,) = d.fallback_strategies
