@@ -51,7 +51,7 @@ Times by the clock of a host that had other work: compare them with its yardstic
 """
 MISSED = """## Asked for, and not there
 
-39 of 39 episodes; every stuck actuator in three seeds; a decision within 20 s (a look takes a minute on two slow
+39 of 39 episodes; every stuck actuator in three seeds; a decision within 20 s (a look takes half a minute on two slow
 cores)."""
 
 

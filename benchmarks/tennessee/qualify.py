@@ -25,7 +25,7 @@ from homeostat.plants.plant import Plant, load_plant
 
 CANDIDATES: Final = ROOT / "campaigns" / "tennessee_candidates.toml"
 QUALIFIED: Final = Path(__file__).with_name("qualified.csv")
-CONFIGURATIONS: Final = ("normal", "frozen", "by_separator", "by_stripper")
+CONFIGURATIONS: Final = ("normal", "trims_held", "by_separator", "by_stripper")
 """States that may have an answer to what trips, in the order in which they are tried."""
 GRADE: Final = 5.0
 """How far the grade may be off on the mean of the last two hours [%], as Downs and Vogel (1993) have it."""

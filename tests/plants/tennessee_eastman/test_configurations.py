@@ -49,14 +49,14 @@ def course(hours: int, states: Mapping[float, str], faults: Mapping[str, float] 
 def test_every_configuration_is_an_answer_and_every_mode_an_order() -> None:
     target = MACHINE.recovery_event
     offered = {t.target for t in MACHINE.transitions if t.event == target and t.source == "normal"}
-    assert offered == {"adjusted", "frozen", "by_separator", "by_stripper"}
+    assert offered == {"adjusted", "trims_held", "by_separator", "by_stripper"}
     ordered = {t.target for t in MACHINE.transitions if t.event == "ordered" and t.source == "normal"}
     assert ordered == {"mode_1", "mode_3", "mode_4", "mode_6", "regulatory"}
     ways = MACHINE.paths("regulatory", {}, target, blocked=())
     assert {way[-1].target for way in ways} == offered | {"normal"}
 
 
-@pytest.mark.parametrize("state", ["frozen", "by_separator", "by_stripper", "regulatory"])
+@pytest.mark.parametrize("state", ["trims_held", "by_separator", "by_stripper", "regulatory"])
 def test_a_configuration_holds_the_base_case_and_is_left_again(state: str) -> None:
     found = course(30, {2.0: state, 20.0: "normal"})
     assert first_trip(found) == (np.inf, "")
@@ -69,7 +69,7 @@ def test_a_configuration_holds_the_base_case_and_is_left_again(state: str) -> No
 
 
 def test_frozen_trims_stand_whatever_the_analysers_show() -> None:
-    found = course(6, {2.0: "frozen"}, {"A_poor": 0.03})
+    found = course(6, {2.0: "trims_held"}, {"A_poor": 0.03})
     for name in ("AC1_out", "AC2_out", "AC4_out"):
         assert np.unique(found[name][2 * TICKS :]).size == 1 and np.unique(found[name]).size > 1, name
 
@@ -77,7 +77,7 @@ def test_frozen_trims_stand_whatever_the_analysers_show() -> None:
 def test_frozen_trims_are_the_answer_to_a_lost_feed_of_a() -> None:
     """With its trims the plant takes A from the A and C feed in place of the one that is lost, and has too little C."""
     assert first_trip(course(12, {}, {"A_lost": 1.0}))[1] == "LC"
-    assert first_trip(course(24, {1.5: "frozen"}, {"A_lost": 1.0})) == (np.inf, "")
+    assert first_trip(course(24, {1.5: "trims_held"}, {"A_lost": 1.0})) == (np.inf, "")
 
 
 def test_without_trims_and_overrides_a_poor_feed_trips_when_it_does_in_the_published_code() -> None:
