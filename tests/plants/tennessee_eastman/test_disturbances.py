@@ -98,7 +98,7 @@ def test_each_of_them_changes_what_comes_in() -> None:
     assert {name for name in RANDOM if name.startswith(("A_", "B_", "T_"))} == set(TENNESSEE_EASTMAN.disturbances)
 
 
-@pytest.mark.slow
+@pytest.mark.wide
 @pytest.mark.parametrize(("idv", "least"), [(13, 5.0), (20, 5.0)])
 def test_the_plant_is_stirred_and_lives(idv: int, least: float) -> None:
     """Reactor pressure over eight hours of what the published code lives through, beyond the trip limits nowhere."""
