@@ -102,7 +102,7 @@ def alone(plant: Plant, fault: str, seed: int, mismatch: str = NONE) -> Trip:
 
 
 def ended(plant: Plant, upset: Upset, seed: int, mismatch: str = NONE) -> tuple[Trip, Trajectory]:
-    """What becomes of ``plant`` with ``upset``, with its own parameters, courses and noise of ``seed``; true values."""
+    """What becomes of ``plant`` with ``upset``, with parameters, courses and noise of ``seed``; true values."""
     found = left_alone(plant, upset.scenario(plant, seed, ONSET_S, ONSET_S + 3600.0 * HOURS, mismatch))
     return found.trip, found.truth
 
