@@ -29,9 +29,11 @@ decentralised control of Ricker (1996), put together from blocks ([decision
 *Published*: the published code in `tep-studio`, control every 1.8 s, two seeds
 (`python -m benchmarks.tennessee.published`, which needs that package, wrote `benchmarks/tennessee/published.csv`).
 *Ours*: control every 60 s, the stated parameters as that has them (mismatch `published`), random courses and noise of
-each seed; what is a fault of the plant's tables has its name, the rest is what happens to the true plant (`benchmarks/tennessee/disturbances.csv`, which has 21 to 28
-of the revised code, too). Nobody acts; 24 h. *Agrees*: both trip or both do not, and the mean times to a trip differ by
-at most 5 %. Rates, readings and the base case are compared by `tests/plants/tennessee_eastman`.
+each seed; what is a fault of the plant's tables has its name, the rest is what happens to the true plant
+(`benchmarks/tennessee/disturbances.csv`, which has 21 to 28 of the revised code, too). Nobody acts; 24 h. *Agrees*:
+both trip or both do not, and the mean times to a trip differ by at most 5 %. Rates, readings and the base case are
+compared by
+`tests/plants/tennessee_eastman`.
 """
 VARIES = f"""How much outputs vary, as the ratio of our standard deviation (true values) to the published one (readings,
 in the unit), from {SETTLED_H:g} h after the onset on, of all seeds together. 0 is the plant to which nothing
