@@ -20,7 +20,9 @@ from benchmarks.host import ROOT, commit, measured_on
 from benchmarks.plants.__main__ import TITLE as MISTAKES
 from benchmarks.plants.adopted import TITLE as ADOPTED
 from benchmarks.plants.kernels import MEMBERS, SECONDS, compared
-from benchmarks.plants.page import PAGE, section
+from benchmarks.plants.page import LAST, PAGE, section
+from benchmarks.plants.shipped import TITLE as SHIPPED
+from benchmarks.plants.shipped import told as shipped
 from homeostat.domain.outcome import Outcome
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Fault, scenario_of
@@ -65,9 +67,11 @@ The reactor put together from blocks (`benchmarks/plants/kernels.py`) beside the
 members over {seconds} s on one thread, with noise, in turns, medians. Hand-written {hand:.2f} s, from blocks
 {blocks:.2f} s: {ratio:.2f} times as long; asked for: at most 1.3.
 
-{others}## Not measured yet
+## {shipped_title}
 
-The shipped plants on blocks.
+{shipped}
+
+{others}## {last}
 
 """
 
@@ -148,6 +152,9 @@ def main(names: Sequence[str]) -> None:
         hand=beside.hand_written_s,
         blocks=beside.from_blocks_s,
         ratio=beside.ratio,
+        shipped_title=SHIPPED,
+        shipped=shipped(),
+        last=LAST,
     )
     head = HEAD.format(commit=commit("src", "examples", "benchmarks/plants"))
     PAGE.write_text(head + told + measured_on() + "\n", encoding="utf-8")

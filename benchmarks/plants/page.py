@@ -7,7 +7,7 @@ import re
 from benchmarks.host import ROOT
 
 PAGE = ROOT / "docs" / "results" / "plants.md"
-LAST = "Not measured yet"
+LAST = "Where it was measured"
 """Section that stays the last one, with what the page says of its host."""
 
 

@@ -46,7 +46,15 @@ class _Block:
 
         return numba.njit(nogil=True, error_model="numpy", forceinline=True)(self.py_func)
 
+    @functools.cached_property
+    def _part(self) -> Any:
+        """It as a part of kernels: without ways in from Python and C, which are a quarter of what is to be compiled."""
+        import numba
+
+        inside: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        return numba.njit(nogil=True, error_model="numpy", forceinline=True, **inside)(self.py_func)
+
     @property
     def _numba_type_(self) -> Any:
         """What numba takes it for where compiled code calls it."""
-        return self._compiled._numba_type_
+        return self._part._numba_type_

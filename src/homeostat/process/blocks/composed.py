@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
@@ -200,8 +201,9 @@ def compiled_kernel(layout: Layout) -> CompiledKernel:
     source = kernel_source(layout)
     room: dict[str, Any] = {"__name__": "flowsheet", **_BLOCKS}
     exec(compile(source, "<kernel of a flowsheet>", "exec"), room)  # written by `kernel_source`, not by anybody else
-    for name in ("slopes", "measures"):
-        room[name] = compiled(room[name])
+    for name in re.findall(r"^def (\w+)", source, re.MULTILINE):
+        if name != "advance":
+            room[name] = compiled(room[name])
     advance: Callable[..., None] = room["advance"]
     columns = Columns(len(layout.states), len(layout.parameters), len(layout.faults), len(layout.inputs))
     return CompiledKernel(advance, columns, scratch=layout.rooms[""], source=source, tick_s=layout.tick_s)

@@ -12,6 +12,7 @@ from typing import Final, final
 
 from homeostat.process.blocks.code.control import conclude, control
 from homeostat.process.blocks.code.integrating import runge_kutta, runge_kutta_in_place, stabilised_in_place
+from homeostat.process.blocks.code.pieces import cut
 from homeostat.process.blocks.code.writing import Scope, function
 from homeostat.process.blocks.hydraulics.solver import ENOUGH
 from homeostat.process.blocks.layout import Layout
@@ -25,6 +26,8 @@ _HEAD: Final = (
     "        xm, pm, sm, om, um = x[m], p[m], sev[m], onset[m], u[u_of[m]]",
     "        seed, loud, noisy, row = seeds[m], process[m], sensor[m], begin[m] // stride",
 )
+_THERE: Final = ("xm", "pm", "sm", "om", "um", "seed", "loud", "noisy", "m", "k", "t", "work", "t0", "broken_at")
+"""Variables that every tick may read."""
 _MOST: Final = "1e12"
 """A state beyond this is no state of a plant."""
 
@@ -42,7 +45,7 @@ class _Source:
         self._layout, self._sheet, self._at, self._tick = layout, layout.sheet, layout.column, repr(layout.tick_s)
         self._states = tuple(s.term for s in layout.sheet.states.values())
         self._room = layout.room_of_states
-        parameters = {Term(Leaf.PARAMETER, value=n): f"p{i}" for i, n in enumerate(layout.parameters)}
+        parameters = {Term(Leaf.PARAMETER, value=n): f"pm[{i}]" for i, n in enumerate(layout.parameters)}
         held = {Term(Leaf.HELD, value=n): f"xm[{i}]" for i, n in enumerate(layout.states)}
         inputs = {Term(Leaf.INPUT, value=n): f"um[k, {i}]" for i, n in enumerate(layout.inputs)}
         faults = {Term(Leaf.FAULT, value=n): "0.0" for n in layout.sheet.faults}
@@ -66,17 +69,18 @@ class _Source:
         shown = [*(s.of for s in self._sheet.sensors.values()), *(q.of for q in self._sheet.quantities.values())]
         measures, wants = function("measures", self._states, shown)
         body = self._whole_tick(needs, wants)
+        at_start, member = cut("member", self._member.lines, ("pm",), wanted=self._member.named)
+        each_tick, tick = cut("tick", body, (*_THERE, *self._member.named))
         physical = " & ".join(map(self._possible, self._sheet.states.values()))
         lines = [
-            *slopes, "", *measures, "", *_HEAD,
+            *slopes, "", *measures, "", *at_start, *each_tick, *_HEAD,
             f"        if not ({physical}):",
             f"            broken_at[m] = t0 + begin[m] * {self._tick}",
             "            continue",
-            *(f"        p{i} = pm[{i}]" for i in range(len(self._layout.parameters))),
-            *(f"        {line}" for line in self._member.lines),
+            *(f"        {line}" for line in member),
             "        for k in range(begin[m], steps):",
             f"            t = t0 + k * {self._tick}",
-            *(f"            {line}" for line in body),
+            *(f"            {line}" for line in tick),
             f"            if not ({physical}):",
             f"                broken_at[m] = t + {self._tick}",
             "                break",
@@ -109,8 +113,11 @@ class _Source:
         for c in self._sheet.controllers.values():
             conclude(c, self._layout, scope)
         scope = scope.forget()
-        for channel, d in enumerate(self._sheet.disturbances.values(), start=len(self._sheet.sensors)):
-            self._disturb(d, channel, scope)
+        # Counted, and not a number in each line: numba would compile what draws noise anew for each of them.
+        scope.say(f"channel = {len(self._sheet.sensors) - 1}")
+        for d in self._sheet.disturbances.values():
+            scope.say("channel += 1")
+            self._disturb(d, scope)
         scope = scope.forget()
         for each in self._sheet.lags.values():
             self._follow(each, scope)
@@ -128,6 +135,7 @@ class _Source:
         if self._beyond is not None:
             behind, first = self._beyond.behind()
             scope.say(f"restore(xm, {columns}, {behind})")
+        scope.say("channel = -1")
         for i, s in enumerate(self._sheet.sensors.values()):
             scope.say(*self._show(s, i))
         ideal = [f"xm[{self._at[self._sheet.sensors[name].ideal]}]" for name in shown]
@@ -166,7 +174,7 @@ class _Source:
         """Share of its way that a lag goes in a tick: a number of the member."""
         return self._member.kept(Term("share", (tau,)), f"lag_share({self._member.name(tau)}, {self._tick})")
 
-    def _disturb(self, d: Disturbance, channel: int, scope: Scope) -> None:
+    def _disturb(self, d: Disturbance, scope: Scope) -> None:
         mean = self._member.name(Term(Leaf.PARAMETER, value=d.name))
         now, sd = f"xm[{self._at[str(d.now.value)]}]", None if d.sd is None else scope.name(d.sd)
         noise = "" if sd is None else f"xm[{self._at[d.coloured]}]"
@@ -175,7 +183,7 @@ class _Source:
         else:
             share = "1.0" if d.tau is None else self._share(maximum(d.tau, 1e-6))
             now_tick = f"math.floor(t / {self._tick} + 0.5)"
-            scope.say(f"{noise} = coloured({noise}, {share}, loud, seed, {now_tick}, {channel})")
+            scope.say(f"{noise} = coloured({noise}, {share}, loud, seed, {now_tick}, channel)")
             scope.say(f"{now} = {mean} + {sd} * {noise}")
         if d.measured is not None:
             sensor = self._sheet.sensors[d.measured]
@@ -239,16 +247,17 @@ class _Source:
         if self._room is None:
             scope.say(*(f"{column} = {y}" for y, column in zip(ys, columns, strict=True)))
 
-    def _show(self, s: Sensor, channel: int) -> Iterator[str]:
-        """What a transmitter shows of ``q`` at the end of the tick."""
+    def _show(self, s: Sensor, number: int) -> Iterator[str]:
+        """What a transmitter shows at the end of the tick of what is measured as ``number``."""
         bias, sd = self._member.name(s.bias), self._member.name(s.noise)
         true, ideal, shown = (f"xm[{self._at[name]}]" for name in (s.true, s.ideal, s.name))
         off = "" if s.off == ZERO else f" + {self._shown.name(s.off)}"
         yield from self._shown.taken()
-        yield f"{true} = q{channel}"
+        yield f"{true} = q{number}"
         yield f"{ideal} = {true} * (1.0 + {bias}){off}" if s.relative else f"{ideal} = {true} + {bias}{off}"
         every = max(round(s.every_s / self._layout.tick_s), 1)
-        drawn = f"{sd}, noisy, seed, tick, {channel}, {every}, {s.relative}"
+        drawn = f"{sd}, noisy, seed, tick, channel, {every}, {s.relative}"
+        yield "channel += 1"
         yield f"{shown} = sensed({shown}, {ideal}, {drawn})"
         if s.step > 0.0:
             yield f"{shown} = {s.step!r} * math.floor({shown} / {s.step!r} + 0.5)"

@@ -53,6 +53,11 @@ class Scope:
         """Add ``lines`` as they are."""
         self.lines.extend(lines)
 
+    @property
+    def named(self) -> list[str]:
+        """Names of everything that was worked out in this scope."""
+        return [f"{self._prefix}{i}" for i in range(self._count)]
+
     def taken(self) -> list[str]:
         """The lines so far, which are now somewhere else."""
         lines, self.lines = self.lines, []
