@@ -6,8 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from homeostat.agents.checks import worst
 from homeostat.cli.commands.console import opened
 from homeostat.console.card.card import PredictedMargin
 from homeostat.console.card.explanation import explained
@@ -97,3 +99,18 @@ def test_a_record_that_does_not_say_whose_it_is_says_that_it_does_not(left_alone
     assert (scaled.term, scaled.unit) == ("", "1")
     older = replace(card, let_be=replace(card.let_be, margins=(scaled,)))
     assert "+1.9 times what counts in its units at worst" in " ".join(p.text for p in explained(older))
+
+
+def test_of_several_comparisons_it_is_told_which_one_it_is() -> None:
+    """Levels of four tanks are one criterion; an operator has to know whose level it is."""
+    plant = load_plant("mixing_module").description
+    level = next(c for c in plant.limits.criteria if c.name == "ACC-LEVEL")
+    names = sorted(level.formula.tags)
+    signals = {name: np.full((2, 5), 0.1) for name in names}
+    signals["B202.level"][1, 3] = 0.207
+    told = worst(level, signals, 1.0)
+    assert (told.member, told.at_s) == (1, 3.0) and told.margin == pytest.approx(0.006)
+    (margin,) = predicted_margins([told], plant)
+    assert (margin.term, margin.unit, margin.near) == ("B202.level <= 0.213", "m", False)
+    one = next(c for c in plant.limits.criteria if c.name == "ACC-SPILL")
+    assert worst(one, {"batch.spilled": np.zeros((2, 5))}, 1.0).deciding is None, "there is no other one"

@@ -201,8 +201,8 @@ def worst(criterion: Criterion, signals: Mapping[str, NDArray[np.float64]], dt_s
 def _by(
     rule: Criterion | Limit, signals: Mapping[str, NDArray[np.float64]], margin: float, member: int, row: int
 ) -> Deciding | None:
-    """The comparison that gives ``rule`` its ``margin`` at ``row`` of ``member``, where that has no unit of its own."""
-    if rule.formula.unit != "1":
+    """The comparison that gives ``rule`` its ``margin`` at ``row`` of ``member``, where that is not all of ``rule``."""
+    if rule.formula.unit != "1" and rule.formula.is_one_comparison:
         return None
     each = {tag: np.atleast_2d(signals[tag]) for tag in rule.formula.tags}
     values = {tag: float(found[min(member, len(found) - 1), row]) for tag, found in each.items()}

@@ -88,7 +88,7 @@ class Finding:
     message: str
     """One sentence with the thing, the value and the limit."""
     deciding: Deciding | None = None
-    """The comparison that decides where the unit is 1, with its own margin; None elsewhere, and where none does."""
+    """The comparison that decides where there are several, or the unit is 1, with its own margin; None elsewhere."""
 
     @property
     def satisfied(self) -> bool:

@@ -1,4 +1,4 @@
-"""Deciding: the one comparison that a margin comes from, for formulas whose margin has no unit of its own."""
+"""Deciding: the one comparison that a margin comes from, for formulas of several, and those that mix units."""
 
 from __future__ import annotations
 

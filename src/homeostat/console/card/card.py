@@ -105,7 +105,7 @@ class PredictedMargin:
     hard: bool
     """Whether violating it is forbidden."""
     term: str = ""
-    """The comparison that decides where the formula has several units; ``margin`` and ``unit`` are then its own."""
+    """The comparison that decides where the formula has several; ``margin`` and ``unit`` are then its own."""
     full: bool = False
     """Whether the ranges of the tags allow no more."""
     near: bool = False

@@ -104,5 +104,5 @@ def _least(formula: Formula, readings: Readings, span: tuple[float, float]) -> t
         return None
     least = int(np.nanargmin(margins))
     told, values = float(margins[least]), {tag: float(column[least]) for tag, column in signals.items()}
-    by = deciding(formula, values, told) if formula.unit == "1" else None
+    by = deciding(formula, values, told) if formula.unit == "1" or not formula.is_one_comparison else None
     return by or Deciding("", told, formula.unit), float(times[least])
