@@ -86,7 +86,8 @@ def test_the_page_and_the_exported_page_say_it_too(page: Any, left_alone_run: Pa
             assert f"in member {nearest.member} of {card.let_be.members}" in answers
             table = page.get_by_role("region", name="Margins").inner_text()
             assert all(m.name in table for m in card.let_be.margins)
-            assert "to L1 >= 2" in table and "as good as it can be" not in table
+            assert "\nL1 >= 2" in table and "\nT1 <= 313" in table, "each with what must hold"
+            assert "as good as it can be" not in table
 
 
 def test_a_record_that_does_not_say_whose_it_is_says_that_it_does_not(left_alone_run: Path) -> None:

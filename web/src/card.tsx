@@ -40,8 +40,8 @@ function MarginRow({ m, most, compared }: { m: Margin; most: number; compared: b
   const worse = m.actual !== null && m.actual < m.margin && m.actual_unit === m.unit && m.actual_term === m.term;
   return (
     <tr class={bad ? "bad" : m.near ? "near" : ""}>
-      <th scope="row" title={m.formula}>{m.text || m.name} <span class="quiet">{m.name}{m.hard ? "" : ", has a price"}</span></th>
-      <td class="n"><b>{bad ? "■ " : m.near ? "△ " : ""}{distance(m.margin, m.unit, m.term)}</b>{m.term && <span class="quiet"> to {m.term}</span>}
+      <th scope="row">{m.text || m.name} <span class="quiet">{m.name}{m.hard ? "" : ", has a price"}</span><br /><code class="quiet">{m.term || m.formula}</code></th>
+      <td class="n"><b>{bad ? "■ " : m.near ? "△ " : ""}{distance(m.margin, m.unit, m.term)}</b>
         {m.full && <span class="quiet"> as good as it can be</span>}</td>
       <td class="bar"><svg viewBox="0 0 100 8" preserveAspectRatio="none" aria-hidden="true">
         <rect width="100" height="8" class="track" /><rect width={m.full ? 100 : wide} height="8" class="fill" /></svg></td>
