@@ -62,7 +62,7 @@ function TagBand({ run, tag, shown }: { run: Run; tag: Tag; shown: Shown }) {
   const line = read ? read.times_s.map((s, k) => [s - main.from_s, read.series[0]?.[1][k] ?? null] as const).filter((q): q is readonly [number, number] => q[1] !== null) : [];
   const d = drawing(tag, main.length_s, [...(a ? [...a.low, ...a.high] : []), ...(b ? [...b.low, ...b.high] : []), ...line.map((q) => q[1])]);
   const limits = tag.limits.filter((l) => l.value > d.low && l.value < d.high);
-  const worst = shown.margins.filter((m) => tag.limits.some((l) => l.name === m.name)).sort((m, n) => m.scaled - n.scaled)[0];
+  const worst = shown.margins.filter((m) => tag.limits.some((l) => l.name === m.name))[0];
   const said = `${tag.name}: ${a ? `with the proposal from ${amount(Math.min(...a.low), tag.unit)} to ${amount(Math.max(...a.high), tag.unit)}` : ""}${a && b ? ", " : ""}${b ? `if nothing is done from ${amount(Math.min(...b.low), tag.unit)} to ${amount(Math.max(...b.high), tag.unit)}` : ""}`;
   return (
     <figure class="band">
