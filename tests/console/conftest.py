@@ -16,6 +16,12 @@ from tests.console.served import Served, served
 LEAK = ("run", "cstr", "--fault", "leak", "--severity", "0.02", "--onset", "900", "--seed", "2", "--end", "1050")
 """A run in which the fallback acts, the same as other tests of the command line make."""
 
+WARM = (
+    "run", "cstr", "--disturb", "T_coolant + 5 from 700", "--seed", "13", "--end", "830", "--thinking-declared", "1",
+    "--out", "run",
+)  # fmt: skip
+"""A run whose plant is left alone: the coolant is warmer, no table lists that, and every limit is kept."""
+
 
 @pytest.fixture(scope="session")
 def recovered_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -28,6 +34,12 @@ def recovered_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def handed_over_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The directory of a run in which the fallback acted."""
     return once(tmp_path_factory, "handed-over", *LEAK, "--json").cwd / "runs" / "cstr-leak-2"
+
+
+@pytest.fixture(scope="session")
+def left_alone_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The directory of a run whose plant was left alone."""
+    return once(tmp_path_factory, "left-alone", *WARM, carried_out=homeostat_process).cwd / "run"
 
 
 @pytest.fixture(scope="session")

@@ -11,6 +11,7 @@ from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding
 from homeostat.guard.requests.permissives import finding, permissive_findings, refusal, unjudged, usable
+from homeostat.stl.deciding import Deciding
 from tests.guard.vessel import HOT, LIMITS, limit
 
 READ = {"T": 305.0, "Tx": 305.0, "L": 11.5, "F.sp": 0.0, "X.cmd": 1.0, "V.man": 0.5}
@@ -93,6 +94,15 @@ def test_a_margin_that_is_not_known_is_violated_without_limit() -> None:
     assert found == Finding(
         "CRT", Owner.PLANNING, -1.25, "K", 30.0, 4, "Vessel: 'T <= 313' is violated by 1.25 K at 30 s (CRT)"
     )
+
+
+def test_what_decides_is_told_in_its_own_unit() -> None:
+    mixed, by = limit("PRM", LimitKind.PERMISSIVE, "L <= 11 or T <= 300"), Deciding("L <= 11", -0.5, "L")
+    found, said = finding(mixed, -2.5, 30.0, 4, by), "What PRM protects: 'L <= 11 or T <= 300' is violated by"
+    assert (found.margin, found.unit, found.deciding) == (-2.5, mixed.formula.unit, by)
+    assert found.message == f"{said} 0.5 L at 30 s (PRM)"
+    unknown = finding(mixed, -2.5, 30.0, 4, Deciding("L <= 11", -0.5, ""))
+    assert unknown.message == f"{said} 2.5 {mixed.formula.unit} at 30 s (PRM)".replace("  ", " ")
 
 
 def test_no_margin_cures_a_refusal() -> None:

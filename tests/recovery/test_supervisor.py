@@ -144,7 +144,7 @@ def test_what_was_asked_of_the_graph_is_recorded_before_what_came_of_it_and_also
 def test_what_was_asked_of_the_graph_is_recorded_where_nothing_came_of_it() -> None:
     asking = Asking(10.0, answer=nothing)
     done = Recovery(ticks(1, 10, DOOMED), asking, graph=asking.graph).run()
-    assert done.kinds == ["noticed", "retrieved"]
+    assert done.kinds == ["noticed", "retrieved", "concluded"]
 
 
 # --- the diagnosis -----------------------------------------------------------------------------------------------
@@ -152,7 +152,7 @@ def test_what_was_asked_of_the_graph_is_recorded_where_nothing_came_of_it() -> N
 
 def test_where_nothing_is_wrong_nothing_is_done() -> None:
     done = Recovery(ticks(1, 20, DOOMED), watching(10.0, answer=nothing)).run()
-    assert done.kinds == ["noticed"] and done.desk.sent == [] and done.monitoring.outcomes == []
+    assert done.kinds == ["noticed", "concluded"] and done.desk.sent == [] and done.monitoring.outcomes == []
 
 
 def test_a_diagnosis_is_recorded_at_the_time_that_it_is_about() -> None:
@@ -173,7 +173,7 @@ def test_a_diagnosis_that_takes_too_long_leaves_nothing_known() -> None:
     finally:
         let_go.set()
     assert done.alarms == [("recovery:diagnosis", "the diagnosis took longer than 0.01 s; nothing counts as known")]
-    assert done.armed == [Arm(())] and done.kinds == ["noticed"] and done.handed_over == []
+    assert done.armed == [Arm(())] and done.kinds == ["noticed", "concluded"] and done.handed_over == []
     assert done.sent(NoAction) == [], "a time to act by that stands goes on"
 
 
@@ -246,6 +246,8 @@ def test_a_fault_that_does_no_harm_is_left_alone_and_the_least_margin_is_said() 
     (outcome,) = done.monitoring.outcomes
     assert isinstance(outcome, NoActionNeeded) and outcome.at_s == 10.0
     assert left.state == "running" and left.min_margin == outcome.min_margin == pytest.approx(312.9 - 310.1)
+    nearest = min(left.findings, key=lambda f: f.margin)
+    assert (nearest.margin, nearest.unit, left.members) == (left.min_margin, "K", 2), "and whose it is"
     assert done.released == [] and done.action.asked == [] and done.kinds[-1] == "no-action"
 
 

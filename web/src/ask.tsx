@@ -4,7 +4,7 @@ import { useEffect, useState } from "preact/hooks";
 import { Margins, Moves } from "./card";
 import { Bands } from "./foresight";
 import { ask, send, type Me, type Option, type Run, type Setpoint, type Tried } from "./told";
-import { amount, moment, percent, signed, span } from "./words";
+import { amount, distance, moment, percent, span } from "./words";
 
 type Values = Record<string, number | null>;
 
@@ -36,7 +36,7 @@ function Answer({ run, said }: { run: Run; said: Tried }) {
     <div class="answer" role="status">
       <p class={said.approved ? "big" : "big bad"}>{said.approved ? "✓ Every check holds on the twin" : "■ It would be refused"}</p>
       {said.objections.slice(0, 4).map((o) => <p key={o}>{o}</p>)}
-      <p>{worst && <>Worst margin {signed(worst.margin, worst.unit)} ({worst.text}), after {span(worst.at_s)}, member {worst.member}. </>}
+      <p>{worst && <>Worst margin {distance(worst.margin, worst.unit, worst.term)} ({worst.text}: <code>{worst.term || worst.formula}</code>), after {span(worst.at_s)}, member {worst.member}. </>}
         {first ? `The first hard limit is reached in ${span(first.earliest_s)} to ${span(first.latest_s)}, in ${first.members} of ${said.foresight.told.members} members: ${said.foresight.limit}. `
           : said.foresight.told.members > 0 ? `No hard limit is reached within ${span(said.foresight.told.length_s)}. ` : `The twin cannot say: ${said.foresight.told.note}. `}
         {said.cost !== null && <>It would cost {said.cost.toFixed(1)} {said.currency}{said.cost_alone !== null && `, to do nothing ${said.cost_alone.toFixed(1)} ${said.currency}`}.</>}</p>

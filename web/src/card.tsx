@@ -4,7 +4,7 @@ import { Bands, TimeLeft, shownOf } from "./foresight";
 import { FeatureChart } from "./trends";
 import { useState } from "preact/hooks";
 import { send, type Card, type Margin, type Me, type Moment, type Move, type Proposal, type Retold, type Run } from "./told";
-import { amount, moment, percent, signed, span } from "./words";
+import { amount, distance, moment, percent, signed, span } from "./words";
 
 function moved(move: Move): boolean {
   return !move.known || move.before !== move.after;
@@ -34,24 +34,21 @@ export function Moves({ moves }: { moves: Move[] }) {
   );
 }
 
-// Margins that mix units are in scales of their tags, which no instrument shows.
-function size(value: number, unit: string): string {
-  return unit === "1" ? `${signed(value, "1")} (scaled)` : signed(value, unit);
-}
-
 function MarginRow({ m, most, compared }: { m: Margin; most: number; compared: boolean }) {
-  const bad = m.margin < 0, near = !bad && m.scaled < 0.5;
+  const bad = m.margin < 0;
   const wide = Math.min(100, (100 * Math.abs(m.scaled)) / most);
-  const worse = m.actual !== null && m.actual < m.margin;
+  const worse = m.actual !== null && m.actual < m.margin && m.actual_unit === m.unit && m.actual_term === m.term;
   return (
-    <tr class={bad ? "bad" : near ? "near" : ""}>
-      <th scope="row" title={m.formula}>{m.text || m.name} <span class="quiet">{m.name}{m.hard ? "" : ", has a price"}</span></th>
-      <td class="n"><b>{bad ? "■ " : near ? "△ " : ""}{size(m.margin, m.unit)}</b></td>
+    <tr class={bad ? "bad" : m.near ? "near" : ""}>
+      <th scope="row">{m.text || m.name} <span class="quiet">{m.name}{m.hard ? "" : ", has a price"}</span><br /><code class="quiet">{m.term || m.formula}</code></th>
+      <td class="n"><b>{bad ? "■ " : m.near ? "△ " : ""}{distance(m.margin, m.unit, m.term)}</b>
+        {m.full && <span class="quiet"> as good as it can be</span>}</td>
       <td class="bar"><svg viewBox="0 0 100 8" preserveAspectRatio="none" aria-hidden="true">
-        <rect width="100" height="8" class="track" /><rect width={wide} height="8" class="fill" /></svg></td>
+        <rect width="100" height="8" class="track" /><rect width={m.full ? 100 : wide} height="8" class="fill" /></svg></td>
       <td class="n quiet">{moment(m.at_s)} after</td>
       <td class="n quiet">member {m.member}</td>
-      {compared && <td class="n">{m.actual === null ? "–" : <>{worse ? "△ " : ""}{size(m.actual, m.unit)}</>}</td>}
+      {compared && <td class="n">{m.actual === null ? "–" : <>{worse ? "△ " : ""}{distance(m.actual, m.actual_unit, m.actual_term)}
+        {m.actual_term && m.actual_term !== m.term && <span class="quiet"> to {m.actual_term}</span>}</>}</td>}
     </tr>
   );
 }
@@ -74,8 +71,30 @@ export function Margins({ proposal }: { proposal: Pick<Proposal, "margins" | "me
   );
 }
 
+// Whose margin the worst one is: what it protects, the comparison, when, and in which member.
+function Worst({ m, members }: { m: Margin; members: number }) {
+  return (
+    <><p class={m.margin < 0 ? "big bad" : "big"}>{m.margin < 0 ? "■ " : ""}{distance(m.margin, m.unit, m.term)} at worst</p>
+      <p>{m.text || m.name}: <code>{m.term || m.formula}</code>, after {span(m.at_s)}, in member {m.member} of {members}{m.full && ", as good as it can be"}.</p></>
+  );
+}
+
+function Safe({ card }: { card: Card }) {
+  const p = card.proposal, left = card.let_be, acted = card.acted[0], worst = p?.margins[0];
+  if (acted) return <><p class="big quiet">The tables’ own safe state</p><p>{acted.stands ? "The plant was read to hold it." : "The plant was not read to hold it yet."}</p></>;
+  if (p && worst) {
+    return <><Worst m={worst} members={p.members} />
+      {p.certificate && <p>{p.certificate.violations} of {p.certificate.draws} draws violate a hard limit: at most {percent(p.certificate.bound)} (with {percent(p.certificate.level)} confidence).</p>}</>;
+  }
+  if (left && !p) {
+    return left.margins[0] ? <Worst m={left.margins[0]} members={left.members} />
+      : <><p class="big">{signed(left.margin, "1")} at worst</p><p class="quiet">Of which limit this record does not say.</p></>;
+  }
+  return <p class="big quiet">Nothing was judged yet</p>;
+}
+
 function Answers({ card, now }: { card: Card; now: Moment }) {
-  const p = card.proposal, worst = p?.margins[0], o = now.overview;
+  const p = card.proposal, o = now.overview;
   const left = o?.act_by_s == null ? null : o.act_by_s - now.at_s;
   const acted = card.acted[0];
   const moves = p?.moves.filter(moved).slice(0, 3) ?? [];
@@ -101,13 +120,7 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
       </div>
       <div>
         <h2 class="question">Why it is safe</h2>
-        {!acted && p && worst ? <>
-          <p class={worst.margin < 0 ? "big bad" : "big"}>{worst.margin < 0 ? "■ " : ""}{size(worst.margin, worst.unit)} at worst</p>
-          <p>{worst.text || worst.name}, after {span(worst.at_s)}, worst of {p.members} members.</p>
-          {p.certificate && <p>{p.certificate.violations} of {p.certificate.draws} draws violate a hard limit: at most {percent(p.certificate.bound)} (with {percent(p.certificate.level)} confidence).</p>}
-        </> : !acted && card.let_be && !p ? <p class="big">{signed(card.let_be.margin, "1")} <span class="quiet">least margin, in the unit of its limit</span></p>
-          : <p class="big quiet">{acted ? "The tables’ own safe state" : "Nothing was judged yet"}</p>}
-        {acted && <p>{acted.stands ? "The plant was read to hold it." : "The plant was not read to hold it yet."}</p>}
+        <Safe card={card} />
       </div>
       <div>
         <h2 class="question">How long is left</h2>
@@ -200,6 +213,8 @@ export function EpisodeCard({ run, me, now, decision }: { run: Run; me: Me; now:
         {p.moves.length > 0 && <Moves moves={p.moves} />}
         {p.later.map((s, k) => <div key={k} class="step"><p>Then, when <code>{s.guard}</code>: {s.state}</p><Moves moves={s.moves} /></div>)}
         <Margins proposal={p} /></div>}
+      {!p && !card.acted[0] && card.let_be && card.let_be.margins.length > 0 && <div class="part wide"><h2>Without action <span class="quiet">in ‘{card.let_be.state}’, judged at {moment(card.let_be.at_s)}</span></h2>
+        <Margins proposal={card.let_be} /></div>}
       <Bands run={run} shown={shownOf(card, now.at_s)} />
       {card.acted.map((a) => <div class="part wide" key={a.at_s}><h2>■ Fallback ‘{a.strategy}’ at {moment(a.at_s)}</h2><p>{a.reason}</p><Moves moves={a.moves} /></div>)}
       <div class="part"><h2>What may be wrong{card.diagnosed_s !== null && <span class="quiet"> judged at {moment(card.diagnosed_s)}</span>}</h2>

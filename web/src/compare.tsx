@@ -5,7 +5,7 @@ import uPlot from "uplot";
 import { readable } from "./grip";
 import { colour } from "./trends";
 import { ask, type Moment, type Run, type Trend } from "./told";
-import { amount, LEVELS, moment, percent, signed, span } from "./words";
+import { amount, distance, LEVELS, moment, percent, span } from "./words";
 
 const NAMES = ["A", "B"] as const;
 
@@ -17,7 +17,7 @@ function Standing({ name, run, now, at }: { name: string; run: Run; now: Moment 
     ["Believed", card ? `${card.headline}${card.probability === null ? "" : `, ${percent(card.probability)}`}` : "–"],
     ["Proposed", p ? `${p.path.length ? p.path[p.path.length - 1] : p.what} by ${p.proposer}: ${p.moves.filter((m) => !m.known || m.before !== m.after).map((m) => `${m.tag} → ${m.after === null ? "automatic" : amount(m.after, m.unit)}`).join(", ")}` : "–"],
     ["Its status", p?.status ?? "–"],
-    ["Worst margin", worst ? `${signed(worst.margin, worst.unit)}${worst.unit === "1" ? " (scaled)" : ""}, ${worst.text || worst.name}` : "–"],
+    ["Worst margin", worst ? `${distance(worst.margin, worst.unit, worst.term)}, ${worst.text || worst.name}: ${worst.term || worst.formula}` : "–"],
     ["Cost of what was chosen", card ? card.choices.filter((c) => c.chosen).map((c) => `${c.cost.toFixed(1)} ${card.currency}`)[0] ?? "–" : "–"],
     ["Fallbacks", card?.acted.map((a) => `${a.strategy} at ${moment(a.at_s)}`).join(", ") || "none"],
     ["Beyond a limit", now.violated.join(", ") || "nothing"], ["Ended", o.finished || "not yet"],

@@ -2,7 +2,7 @@
 
 import { useEffect, useState } from "preact/hooks";
 import { ask, type Card, type Foreseen, type Margin, type Run, type Tag, type Trend } from "./told";
-import { amount, moment, percent, signed, span } from "./words";
+import { amount, distance, moment, percent, span } from "./words";
 
 // What was foreseen before something was done is not what is to come: it says what was averted.
 export function TimeLeft({ card, at }: { card: Card; at: number }) {
@@ -62,7 +62,7 @@ function TagBand({ run, tag, shown }: { run: Run; tag: Tag; shown: Shown }) {
   const line = read ? read.times_s.map((s, k) => [s - main.from_s, read.series[0]?.[1][k] ?? null] as const).filter((q): q is readonly [number, number] => q[1] !== null) : [];
   const d = drawing(tag, main.length_s, [...(a ? [...a.low, ...a.high] : []), ...(b ? [...b.low, ...b.high] : []), ...line.map((q) => q[1])]);
   const limits = tag.limits.filter((l) => l.value > d.low && l.value < d.high);
-  const worst = shown.margins.filter((m) => tag.limits.some((l) => l.name === m.name)).sort((m, n) => m.scaled - n.scaled)[0];
+  const worst = shown.margins.filter((m) => tag.limits.some((l) => l.name === m.name))[0];
   const said = `${tag.name}: ${a ? `with the proposal from ${amount(Math.min(...a.low), tag.unit)} to ${amount(Math.max(...a.high), tag.unit)}` : ""}${a && b ? ", " : ""}${b ? `if nothing is done from ${amount(Math.min(...b.low), tag.unit)} to ${amount(Math.max(...b.high), tag.unit)}` : ""}`;
   return (
     <figure class="band">
@@ -77,7 +77,7 @@ function TagBand({ run, tag, shown }: { run: Run; tag: Tag; shown: Shown }) {
         <text x={LEFT - 4} y={HIGH - BOTTOM} text-anchor="end">{amount(d.low, "", 4)}</text>
         <text x={LEFT} y={HIGH - 5}>0 s</text><text x={WIDE - RIGHT} y={HIGH - 5} text-anchor="end">{span(main.length_s)}</text>
       </svg>
-      {worst && <p class="small">{worst.margin < 0 ? "■ " : ""}Worst {signed(worst.margin, worst.unit)} after {span(worst.at_s)}, member {worst.member} <span class="quiet">({worst.name})</span></p>}
+      {worst && <p class="small">{worst.margin < 0 ? "■ " : ""}Worst {distance(worst.margin, worst.unit, worst.term)} after {span(worst.at_s)}, member {worst.member} <span class="quiet">({worst.name})</span></p>}
     </figure>
   );
 }
@@ -98,5 +98,5 @@ export function Bands({ run, shown }: { run: Run; shown: Shown }) {
 
 export function shownOf(card: Card, at: number): Shown {
   const p = card.proposal, mine = p?.foresight?.told;
-  return { mine, other: (mine ? p?.beside : card.foresight)?.told, margins: p?.margins ?? [], released: p?.released_s != null, at };
+  return { mine, other: (mine ? p?.beside : card.foresight)?.told, margins: p?.margins ?? card.let_be?.margins ?? [], released: p?.released_s != null, at };
 }

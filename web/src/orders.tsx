@@ -3,7 +3,7 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { ask, Refused, send, type Came, type Card, type Me, type Moment, type Offer, type Proposal } from "./told";
-import { amount, moment, signed, span } from "./words";
+import { amount, distance, moment, span } from "./words";
 
 export interface Asked {
   verb: string; subject: string; digest: string; title: string; button: string; reason: "needed" | "welcome";
@@ -36,7 +36,7 @@ function Shown({ proposal }: { proposal: Proposal }) {
       <ul>{proposal.moves.filter((m) => !m.known || m.before !== m.after).map((m) => (
         <li key={m.tag}><b>{m.tag}</b> {m.known ? (m.before === null ? "automatic" : amount(m.before, m.unit)) : "?"} → <b>{m.after === null ? "automatic" : amount(m.after, m.unit)}</b> <span class="quiet">{m.text}</span></li>))}
       </ul>
-      {worst && <p>{worst.unit === "1" ? signed(worst.margin, "1") : signed(worst.margin, worst.unit)} at worst: {worst.text || worst.name}, after {span(worst.at_s)}</p>}
+      {worst && <p>{distance(worst.margin, worst.unit, worst.term)} at worst: {worst.text || worst.name}, <code>{worst.term || worst.formula}</code>, after {span(worst.at_s)}, in member {worst.member}</p>}
       <p class="quiet">Digest <code>{proposal.digest.slice(0, 16)}</code></p>
     </div>
   );

@@ -1,5 +1,6 @@
 // The plant: its flowsheet with readings, and analogue indicators with what is usual and what is the limit.
 
+import { useMemo, useRef, useState } from "preact/hooks";
 import type { Box, Moment, Run, Sheet, Tag } from "./told";
 import { amount, span } from "./words";
 
@@ -87,26 +88,81 @@ function doubted(run: Run, now: Moment): Map<string, string> {
   return new Map(lines.flatMap((l) => (l.tag && suspects.has(l.bubble) ? [[l.tag, suspects.get(l.bubble)!] as [string, string]] : [])));
 }
 
+// Boxes as they are read, from left to right, then what flows between them.
+function parts(sheet: Sheet): string[] {
+  const boxes = sheet.boxes.map((_, k) => k).sort((a, b) => sheet.boxes[a]!.x - sheet.boxes[b]!.x || sheet.boxes[a]!.y - sheet.boxes[b]!.y);
+  return [...boxes.map((k) => `b${k}`), ...sheet.arrows.map((_, k) => `a${k}`)];
+}
+
+interface Told { id: string; x: number; y: number; above: boolean }
+type On<E extends Event> = (e: E & { currentTarget: SVGGElement }) => void;
+interface Handlers {
+  id: string; tabindex: number; role: "button"; "aria-expanded": boolean; onFocus: On<FocusEvent>; onBlur: () => void;
+  onClick: On<MouseEvent>; onKeyDown: On<KeyboardEvent>; onPointerEnter: On<PointerEvent>; onPointerLeave: On<PointerEvent>;
+}
+
+// What each part is, told beside it: by pointing, touching, or from the keyboard, where the whole sheet is one stop and arrows go on from part to part.
+function useTips(sheet: Sheet): [Told | null, (id: string) => Handlers, preact.RefObject<HTMLDivElement | null>] {
+  const around = useRef<HTMLDivElement>(null), order = useMemo(() => parts(sheet), [sheet]);
+  const [told, tell] = useState<Told | null>(null), [stop, stopAt] = useState("");
+  const show = (id: string, on: Element) => {
+    const outer = around.current!.getBoundingClientRect(), inner = on.getBoundingClientRect(), most = around.current!.scrollWidth;
+    const above = inner.top + inner.height / 2 > outer.top + outer.height / 2;
+    const left = inner.left + inner.width / 2 - outer.left + around.current!.scrollLeft;
+    tell({ id, x: Math.min(Math.max(left, 130), Math.max(most - 130, 130)), y: (above ? inner.top : inner.bottom) - outer.top, above });
+  };
+  const hide = (id: string) => tell((was) => (was?.id === id ? null : was));
+  const go = (e: KeyboardEvent, id: string) => {
+    const at = order.indexOf(id), last = order.length - 1;
+    const to = { ArrowRight: at + 1, ArrowDown: at + 1, ArrowLeft: at - 1, ArrowUp: at - 1, Home: 0, End: last }[e.key];
+    if (e.key === "Escape") tell(null);
+    else if (e.key === "Enter" || e.key === " ") { if (told?.id === id) tell(null); else show(id, e.currentTarget as Element); }
+    else if (to === undefined) return;
+    else document.getElementById(`part-${order[Math.min(Math.max(to, 0), last)]}`)?.focus();
+    e.preventDefault();
+    e.stopPropagation(); // the same keys move through time elsewhere
+  };
+  const of = (id: string): Handlers => ({
+    id: `part-${id}`, tabindex: id === (stop || order[0]) ? 0 : -1, role: "button", "aria-expanded": told?.id === id,
+    onFocus: (e) => { stopAt(id); show(id, e.currentTarget); }, onBlur: () => hide(id), onClick: (e) => show(id, e.currentTarget),
+    onKeyDown: (e) => go(e, id), onPointerEnter: (e) => { if (e.pointerType === "mouse") show(id, e.currentTarget); },
+    onPointerLeave: (e) => { if (e.pointerType === "mouse" && document.activeElement !== e.currentTarget) hide(id); },
+  });
+  return [told, of, around];
+}
+
 export function Flowsheet({ run, sheet, now }: { run: Run; sheet: Sheet; now: Moment }) {
   const suspects = suspected(now);
   const tags = new Map(run.tags.map((t) => [t.name, t]));
   const kinds = [...new Set(sheet.arrows.map((a) => a.kind))];
+  const [told, of, around] = useTips(sheet);
+  const tip = told && (told.id[0] === "a" ? sheet.arrows[+told.id.slice(1)]?.tip : boxTip(sheet.boxes[+told.id.slice(1)]!, suspects));
   return (
-    <div class="scroll" tabIndex={0} role="region" aria-label="Flowsheet">
-      <svg class="flowsheet" viewBox={`-10 -10 ${sheet.width + 20} ${sheet.height + 20}`} role="img" aria-label={`Flowsheet of ${run.title}`}>
-        <defs>{kinds.map((k) => <marker key={k} id={`head-${k}`} viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" markerHeight="8"
-          markerUnits="userSpaceOnUse" orient="auto"><path d="M0 0L8 4L0 8Z" class={`head ${k}`} /></marker>)}</defs>
-        {sheet.arrows.map((a, k) => <path key={k} d={way(a.points)} class={`arrow ${a.kind}`} marker-end={`url(#head-${a.kind})`}><title>{a.tip}</title></path>)}
-        {sheet.boxes.map((b, k) => <Shape key={k} box={b} tags={tags} now={now} suspects={suspects} />)}
-      </svg>
-    </div>
+    <>
+      <div class="scroll sheet" ref={around} role="region" aria-label="Flowsheet">
+        <svg class="flowsheet" viewBox={`-10 -10 ${sheet.width + 20} ${sheet.height + 20}`} role="group" aria-label={`Flowsheet of ${run.title}`}>
+          <defs>{kinds.map((k) => <marker key={k} id={`head-${k}`} viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" markerHeight="8"
+            markerUnits="userSpaceOnUse" orient="auto"><path d="M0 0L8 4L0 8Z" class={`head ${k}`} /></marker>)}</defs>
+          {sheet.arrows.map((a, k) => <g key={k} class="part" aria-label={a.tip} {...of(`a${k}`)}>
+            <path d={way(a.points)} class="touched" /><path d={way(a.points)} class={`arrow ${a.kind}`} marker-end={`url(#head-${a.kind})`} /></g>)}
+          {sheet.boxes.map((b, k) => <Shape key={k} box={b} tags={tags} now={now} suspects={suspects} part={of(`b${k}`)} />)}
+        </svg>
+        {told && <p class={told.above ? "tip above" : "tip"} aria-hidden="true" style={{ left: `${told.x}px`, top: `${told.y}px` }}>{tip}</p>}
+      </div>
+      <p class="legend">What a part is: point at it, touch it, or Tab to the flowsheet and go on with ← →; Esc hides it.</p>
+    </>
   );
 }
 
-function Shape({ box, tags, now, suspects }: { box: Box; tags: Map<string, Tag>; now: Moment; suspects: Map<string, string> }) {
+// What a box is, and what may be wrong with what is in it.
+function boxTip(box: Box, suspects: Map<string, string>): string {
+  const found = new Set(box.lines.flatMap((l) => suspects.get(l.bubble) ?? suspects.get(l.text) ?? []));
+  return [box.tip || box.lines.map((l) => l.text).join(" "), ...[...found].map((s) => `▲ ${s}`)].join("\n");
+}
+
+function Shape({ box, tags, now, suspects, part }: { box: Box; tags: Map<string, Tag>; now: Moment; suspects: Map<string, string>; part: Handlers }) {
   return (
-    <g class={`shape ${box.kind}`}>
-      <title>{box.tip}</title>
+    <g class={`part shape ${box.kind}`} aria-label={boxTip(box, suspects)} {...part}>
       <rect x={box.x} y={box.y} width={box.width} height={box.height} rx={/operator|control/.test(box.kind) ? 0 : 8} class="box" />
       {box.lines.map((line, k) => {
         const y = box.y + 19 + 17 * k, tag = tags.get(line.tag), wrong = tag ? sign(tag, now) : "";
@@ -114,8 +170,7 @@ function Shape({ box, tags, now, suspects }: { box: Box; tags: Map<string, Tag>;
         const bubble = `${suspect ? "▲ " : ""}${line.bubble}`, inside = line.bubble ? 8 * bubble.length + 12 : 0;
         return (
           <g key={k} class={wrong}>
-            {line.bubble && <rect x={box.x + 9} y={y - 12} width={inside} height={15} rx={7.5} class={suspect ? "bubble suspect" : "bubble"}>
-              {suspect && <title>{suspect}</title>}</rect>}
+            {line.bubble && <rect x={box.x + 9} y={y - 12} width={inside} height={15} rx={7.5} class={suspect ? "bubble suspect" : "bubble"} />}
             {line.bubble && <text x={box.x + 9 + inside / 2} y={y} text-anchor="middle">{bubble}</text>}
             <text x={box.x + 9 + (inside ? inside + 5 : 0)} y={y} class={line.title ? "title" : ""}>{line.text}</text>
             {tag && <text x={box.x + box.width - 9} y={y} text-anchor="end" class="reading">{MARKS[wrong]} {amount(now.values[tag.name], tag.unit)}</text>}

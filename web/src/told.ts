@@ -43,7 +43,8 @@ export interface Move {
 export interface Later { guard: string; state: string; moves: Move[] }
 export interface Margin {
   name: string; text: string; formula: string; margin: number; unit: string; at_s: number; member: number;
-  scaled: number; hard: boolean; actual: number | null; actual_at_s: number | null;
+  scaled: number; hard: boolean; term: string; full: boolean; near: boolean;
+  actual: number | null; actual_unit: string; actual_term: string; actual_at_s: number | null;
 }
 export interface Certificate { draws: number; violations: number; bound: number; level: number }
 export interface Reached { limit: string; members: number; probability: number; earliest_s: number; middle_s: number; latest_s: number }
@@ -64,7 +65,7 @@ export interface Proposal {
   members: number; margins: Margin[]; checks: number; certificate: Certificate | null;
   foresight: Foresight | null; beside: Foresight | null;
 }
-export interface LetBe { at_s: number; state: string; margin: number }
+export interface LetBe { at_s: number; state: string; margin: number; members: number; margins: Margin[]; checks: number }
 export interface Choice {
   what: string; kind: string; by: string; cost: number; items: [string, number][]; refused: string; chosen: boolean;
 }

@@ -10,6 +10,11 @@ export function signed(value: number, unit: string): string {
   return `${value >= 0 ? "+" : "−"}${amount(Math.abs(value), unit, 3)}`;
 }
 
+// A margin. Formulas with several units tell which comparison it is of; records that are older do not, and count in scales of the tags.
+export function distance(value: number, unit: string, term: string): string {
+  return unit === "1" && !term ? `${signed(value, "1")} times what counts` : signed(value, unit);
+}
+
 export function percent(share: number): string {
   const value = 100 * share;
   return `${value >= 1 || value === 0 ? value.toFixed(0) : value.toPrecision(2)} %`;

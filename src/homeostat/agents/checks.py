@@ -14,6 +14,7 @@ from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import REPEATED, Approve, Finding, Revise, Rollout, RolloutResult, Verdict
 from homeostat.guard.requests.permissives import finding, refusal
+from homeostat.stl.deciding import Deciding, deciding
 
 Tags: TypeAlias = Mapping[str, Tag]
 """Name -> tag."""
@@ -163,12 +164,15 @@ def rollout_findings(
     covered_s = rollout.trajectory.length * dt_s
     found = [_too_short(c, covered_s) or worst(c, signals, dt_s) for c in criteria]
     for limit in limits:
-        if limit.kind is LimitKind.PERMISSIVE:
+        permissive = limit.kind is LimitKind.PERMISSIVE
+        if permissive:
             margins = _permissive_margins(limit, signals, actions)
         else:
             margins = np.atleast_2d(limit.formula.margins(signals, dt_s))
         member, row = np.unravel_index(_worst(margins), margins.shape)
-        found.append(finding(limit, float(margins[member, row]), float(row) * dt_s, int(member)))
+        margin, at = float(margins[member, row]), (int(member), int(row))
+        by = None if permissive else _by(limit, signals, margin, *at)
+        found.append(finding(limit, margin, float(row) * dt_s, int(member), by))
     return tuple(found)
 
 
@@ -189,7 +193,20 @@ def worst(criterion: Criterion, signals: Mapping[str, NDArray[np.float64]], dt_s
     """The finding of one criterion on a rollout: its least margin over the members."""
     margin = criterion.formula.evaluate(signals, dt_s)
     member = _worst(margin.value)
-    return finding(criterion, float(margin.value[member]), float(margin.worst_at_s[member]), member)
+    least, at_s = float(margin.value[member]), float(margin.worst_at_s[member])
+    by = None if math.isnan(at_s) else _by(criterion, signals, least, member, round(at_s / dt_s))
+    return finding(criterion, least, at_s, member, by)
+
+
+def _by(
+    rule: Criterion | Limit, signals: Mapping[str, NDArray[np.float64]], margin: float, member: int, row: int
+) -> Deciding | None:
+    """The comparison that gives ``rule`` its ``margin`` at ``row`` of ``member``, where that is not all of ``rule``."""
+    if rule.formula.unit != "1" and rule.formula.is_one_comparison:
+        return None
+    each = {tag: np.atleast_2d(signals[tag]) for tag in rule.formula.tags}
+    values = {tag: float(found[min(member, len(found) - 1), row]) for tag, found in each.items()}
+    return deciding(rule.formula, values, margin)
 
 
 def _worst(margins: NDArray[np.float64]) -> int:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from homeostat.console.card.card import Card
-from homeostat.console.card.proposal import state_label
+from homeostat.console.card.proposal import ADVISED, state_label
 from homeostat.console.situation import Situation
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.guard import RequestAnswered
@@ -157,8 +157,13 @@ def _waiting(now: Situation, card: Card | None, at_s: float) -> str:
     if now.waits is not None:
         waited, until_s = now.waits
         return f"{waited.follows} at {until_s:.0f} s: waiting costs less than acting now"
+    if now.probe_s is not None and at_s < now.probe_s:
+        return f"what the plant shows until {now.probe_s:.0f} s, which tells explanations apart"
     if now.thinking_s is not None and at_s - now.thinking_s <= _THINKS_S:
         return "recovery: it is working on an answer"
-    if card is not None and card.proposal is not None and card.proposal.released_s is not None:
+    proposal = None if card is None else card.proposal
+    if proposal is not None and proposal.status == ADVISED and now.mode in _NOBODY_WRITES:
+        return f"a person: in mode {now.mode!r} what is advised is not written"
+    if proposal is not None and proposal.released_s is not None:
         return "the effect of what was released"
     return "nothing: the plant is watched"

@@ -12,6 +12,7 @@ from homeostat.domain.events.guard import (
     StartUpEnded,
     StateEntered,
     StepTaken,
+    ThinkingEnded,
 )
 from homeostat.domain.events.people import (
     AlarmAcknowledged,
@@ -26,10 +27,12 @@ from homeostat.domain.events.people import (
 from homeostat.domain.events.recovery import (
     Attempted,
     Compared,
+    Concluded,
     Diagnosed,
     GaveUp,
     NoActionTaken,
     Noticed,
+    Probed,
     ReleasedActions,
     Waited,
 )
@@ -80,6 +83,8 @@ class Situation:
     """When recovery last showed that it works on an answer [s]; None where it has come to an end."""
     waits: tuple[Waited, float] | None = None
     """What is waited for, and until when [s]."""
+    probe_s: float | None = None
+    """Until when the plant is only looked at, to tell explanations apart [s]; None for no such time."""
     finished: str = ""
     """How the run ended; empty while it goes on."""
     end_s: float | None = None
@@ -130,18 +135,23 @@ def _of_guard(now: Situation, event: Event, at_s: float) -> None:
             if event.status == RequestStatus.OFFERED:
                 now.offered[event.request] = (event, at_s)
             now.accepted = event.digest if event.status == RequestStatus.ACCEPTED else ""
+            if event.status == RequestStatus.ADVISED:
+                now.thinking_s = None
         case Armed():
             now.armed, now.act_by_s = event.strategies, event.act_by_s
         case LeaseLost() | Shed():
             now.lease_lost = event.reason
         case LeaseTried() if event.given:
             now.lease_lost = ""
+        case ThinkingEnded():
+            now.thinking_s = None
 
 
 def _of_people(now: Situation, event: Event, at_s: float) -> None:
     match event:
         case ModeEntered():
             now.mode = now.requested = event.mode
+            now.thinking_s = None  # what was thought under another mode is dropped
         case PersonHeard() if event.verb == Verb.MODE.value:
             now.requested = event.subject if event.done or event.missing else now.mode
         case ServiceChanged():
@@ -171,14 +181,16 @@ def _of_recovery(now: Situation, event: Event, at_s: float) -> None:
         case RunFinished():
             now.finished, now.thinking_s, now.act_by_s = event.outcome, None, None
         case Noticed() | Diagnosed() | Attempted():
-            now.thinking_s, now.waits = at_s, None
+            now.thinking_s, now.waits, now.probe_s = at_s, None, None
         case Waited():
             now.thinking_s, now.waits = None, (event, at_s + event.seconds)
         case ReleasedActions() | NoActionTaken():
             now.thinking_s, now.act_by_s = None, None
         case Compared() if not event.chosen:
             now.thinking_s = None
-        case GaveUp():
+        case Probed() if not event.commands:  # looking on is all there is to it
+            now.thinking_s, now.probe_s = None, at_s + event.seconds
+        case GaveUp() | Concluded():
             now.thinking_s = None
         case FallbackActivated():
             now.thinking_s, now.act_by_s, now.waits = None, None, None

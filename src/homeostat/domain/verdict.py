@@ -10,6 +10,7 @@ from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Trajectory
+from homeostat.stl.deciding import Deciding
 
 REPEATED: Final = "CHK-REPEATED"
 """Name of the refusal of a proposal that was judged before."""
@@ -86,6 +87,8 @@ class Finding:
     """Member in which it is worst."""
     message: str
     """One sentence with the thing, the value and the limit."""
+    deciding: Deciding | None = None
+    """The comparison that decides where there are several, or the unit is 1, with its own margin; None elsewhere."""
 
     @property
     def satisfied(self) -> bool:

@@ -1,8 +1,8 @@
 """Endings: how recovery ends where nothing is released."""
 
-from homeostat.domain.events.recovery import NoActionTaken
+from homeostat.domain.events.recovery import Concluded, NoActionTaken
 from homeostat.domain.observation import Arm, FallBack, NoAction
-from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Verdict
+from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Rollout, Verdict
 from homeostat.recovery.arming import TimeLeft
 from homeostat.recovery.scene import Scene
 
@@ -10,13 +10,15 @@ from homeostat.recovery.scene import Scene
 def nothing_is_known(scene: Scene, limit_s: float) -> None:
     """The diagnosis took longer than ``limit_s`` [s]: the first fallback of the tables is to act first."""
     scene.send(Arm(()))
-    scene.alarm("diagnosis", f"the diagnosis took longer than {limit_s:g} s; nothing counts as known")
+    late = f"the diagnosis took longer than {limit_s:g} s; nothing counts as known"
+    scene.alarm("diagnosis", late)
+    scene.record(Concluded(late))
 
 
-def take_no_action(scene: Scene, verdict: Verdict, armed: TimeLeft) -> NoActionNeeded:
-    """Say by which margin the plant does without help."""
+def take_no_action(scene: Scene, verdict: Verdict, idle: Rollout, armed: TimeLeft) -> NoActionNeeded:
+    """Say by which margins the plant does without help; ``idle`` is what was judged."""
     worst = min(verdict.findings, key=lambda f: f.margin)
-    scene.record(NoActionTaken(scene.now.state, worst.margin))
+    scene.record(NoActionTaken(scene.now.state, worst.margin, verdict.findings, len(idle.weights)))
     stand_down(scene, armed)
     return NoActionNeeded(scene.seen_s, worst.margin)
 

@@ -7,7 +7,7 @@ from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Agents, NoAdmissiblePlan
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.recovery import Deviated, Diagnosed, FaultsEnded, Noticed, Strayed
+from homeostat.domain.events.recovery import Concluded, Deviated, Diagnosed, FaultsEnded, Noticed, Strayed
 from homeostat.domain.ports import Desk
 from homeostat.domain.verdict import Approve, FallbackNeeded, NoActionNeeded, Released, Resolution, Verdict
 from homeostat.journal.events import Trace
@@ -89,7 +89,7 @@ class RecoveryLoop:
                 self._probes.drop()
                 return nothing_is_known(scene, self._diagnosis_s)
             if not (diagnosis.news or deviates or scene.now.act_by_s is not None or self._is_due()):
-                return None
+                return scene.record(Concluded("nothing is known that was not known before"))
             if diagnosis.faulty:
                 scene.record(Diagnosed.of(diagnosis), diagnosis.at_s)
             if diagnosis.ended_s is not None:
@@ -105,6 +105,8 @@ class RecoveryLoop:
                     return  # until the fallback has acted it may still be overtaken
                 if diagnosis.faulty or ((deviates or diagnosis.symptoms) and isinstance(outcome, Released)):
                     self._watch.follow(outcome)
+            else:
+                scene.record(Concluded("nothing is wrong, and nothing is asked for"))
         finally:
             scene.flush()
 
@@ -168,7 +170,7 @@ class RecoveryLoop:
             return await fall_back(scene, reason)
         if stance is Stance.ACCEPT:
             self._memory = replace(self._memory, accepted=frozenset(s.rule for s in self._watch.symptoms))
-        return take_no_action(scene, verdict, armed)
+        return take_no_action(scene, verdict, idle, armed)
 
     def _given(self, stance: Stance, look: Look, verdict: Verdict, armed: TimeLeft) -> Alternatives:
         """What may be done without a proposal: leaving the plant alone, and the fallback that acts first."""

@@ -30,7 +30,7 @@ from homeostat.stl.signals import SignalMap, View, gather
 from homeostat.stl.sliding_extrema import FloatArray
 from homeostat.stl.spelling import near_matches
 from homeostat.stl.text import render
-from homeostat.stl.tree import Arithmetic, FormulaError, Logic, Node, horizon_of, tags_of
+from homeostat.stl.tree import Arithmetic, Comparison, FormulaError, Logic, Node, horizon_of, tags_of, walk
 from homeostat.stl.units import Signal, with_scales
 
 __all__ = ["Expression", "Formula", "FormulaError", "Margin", "Node", "parse", "parse_expression"]
@@ -85,6 +85,11 @@ class Formula:
     def __reduce__(self) -> tuple[Any, ...]:
         """What was compiled is not pickled."""
         return Formula, (self.text, self.root, self.unit)
+
+    @cached_property
+    def is_one_comparison(self) -> bool:
+        """Whether it compares once, so that its margin can only be that comparison's."""
+        return sum(isinstance(node, Comparison) for node, _ in walk(self.root)) == 1
 
     @property
     def horizon_s(self) -> float:

@@ -94,6 +94,8 @@ class Comparison:
     """What the difference is divided by; 1 unless the formula mixes units."""
     column: int = field(default=0, compare=False)
     """Offset of the operator in the formula's text, counted from 1; 0 when unknown. Not part of equality."""
+    unit: str = field(default="", compare=False)
+    """Unit of what is compared where the formula mixes units; empty elsewhere, and where it is not known."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -89,7 +89,9 @@ def _scaled(node: Logic, tags: Mapping[str, Signal]) -> Logic:
         case Truth():
             return node
         case Comparison():
-            return replace(node, scale=max((tags[name].scale for name in tags_of(node)), default=1.0))
+            unit = _common(node.left, node.right, tags)
+            scale = max((tags[name].scale for name in tags_of(node)), default=1.0)
+            return replace(node, scale=scale, unit="" if unit is None else unit.symbol)
         case Not() | Always() | Eventually():
             return replace(node, operand=_scaled(node.operand, tags))
         case And() | Or():

@@ -1,14 +1,17 @@
 // A provider of somebody else's making (node oidc-provider, certified), with its own pages to sign in at. Anybody signs in;
-// what is before a dot in a name is their group. Arguments: port, redirect address, and "stale" for a provider that asks
-// nobody again.
+// what is before a dot in a name is their group. Arguments: port, redirect address, "stale" for a provider that asks
+// nobody again or "", and a file with certificate and key of one that is asked over TLS.
 import http from "node:http";
+import https from "node:https";
+import { readFileSync } from "node:fs";
 import { generateKeyPairSync } from "node:crypto";
 import Provider from "oidc-provider";
 
-const [port, redirect, kind] = process.argv.slice(2);
+const [port, redirect, kind, pem] = process.argv.slice(2);
+const scheme = pem ? "https" : "http";
 const key = { ...generateKeyPairSync("rsa", { modulusLength: 2048 }).privateKey.export({ format: "jwk" }), kid: "one", use: "sig", alg: "RS256" };
 const renamed = new Map();
-const provider = new Provider(`http://localhost:${port}`, {
+const provider = new Provider(`${scheme}://localhost:${port}`, {
   clients: [{ client_id: "homeostat", client_secret: "a secret of the client", redirect_uris: [redirect], response_types: ["code"], grant_types: ["authorization_code"], require_auth_time: true }],
   jwks: { keys: [key] },
   cookies: { keys: ["a key of the test"] },
@@ -27,7 +30,7 @@ const provider = new Provider(`http://localhost:${port}`, {
   },
 });
 const answer = provider.callback();
-http.createServer((request, response) => {
+const answered = (request, response) => {
   const asked = new URL(request.url, "http://x");
   if (asked.pathname === "/rename") { // what an administrator, or somebody themselves, does at a provider
     renamed.set(asked.searchParams.get("id"), asked.searchParams.get("to"));
@@ -40,4 +43,6 @@ http.createServer((request, response) => {
     request.url = asked.pathname + asked.search;
   }
   answer(request, response);
-}).listen(Number(port), "127.0.0.1", () => console.log("ready"));
+};
+const server = pem ? https.createServer({ cert: readFileSync(pem), key: readFileSync(pem) }, answered) : http.createServer(answered);
+server.listen(Number(port), "127.0.0.1", () => console.log("ready"));

@@ -52,16 +52,20 @@ class Providing:
 
 
 @contextlib.contextmanager
-def providing(kind: str = "") -> Iterator[Providing]:
-    """A provider, and a free port for its console; skipped where it is not installed."""
+def providing(kind: str = "", pem: Path | None = None) -> Iterator[Providing]:
+    """A provider, and a free port for its console; skipped where it is not installed.
+
+    ``pem`` has the certificate and the key of one that is asked over TLS.
+    """
     if shutil.which("node") is None or not (HERE / "node_modules" / "oidc-provider").is_dir():
         pytest.skip("node oidc-provider is not installed: bash tools/provider.sh")
     port, console = free_port(), free_port()
-    command = ["node", "provider.js", str(port), f"http://127.0.0.1:{console}/oidc/callback", kind]
+    command = ["node", "provider.js", str(port), f"http://127.0.0.1:{console}/oidc/callback", kind, str(pem or "")]
+    scheme = "http" if pem is None else "https"
     with subprocess.Popen(command, cwd=HERE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
         try:
             assert process.stdout is not None and process.stdout.readline() == "ready\n"
-            yield Providing(f"http://localhost:{port}", console)
+            yield Providing(f"{scheme}://localhost:{port}", console)
         finally:
             process.kill()
 

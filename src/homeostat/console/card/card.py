@@ -104,8 +104,18 @@ class PredictedMargin:
     """Margin in what counts as one unit of it [1]; the least comes first."""
     hard: bool
     """Whether violating it is forbidden."""
+    term: str = ""
+    """The comparison that decides where the formula has several; ``margin`` and ``unit`` are then its own."""
+    full: bool = False
+    """Whether the ranges of the tags allow no more."""
+    near: bool = False
+    """Whether it is kept, and nearly not: by less than half of what counts, and of what could be."""
     actual: float | None = None
-    """Worst margin of the readings since the release, in ``unit``; None before there is any."""
+    """Worst margin of the readings since the release, in ``actual_unit``; None before there is any."""
+    actual_unit: str = ""
+    """Its unit."""
+    actual_term: str = ""
+    """The comparison that decides it, as ``term``."""
     actual_at_s: float | None = None
     """When that was, process time [s]."""
 
@@ -162,6 +172,12 @@ class LetBe:
     """State in which it was left, in the operator's words."""
     margin: float
     """Least margin without action, each in its own unit; negative where acting was not worth its cost."""
+    members: int
+    """Members of the rollout that was judged; 0 where the record is too old to say."""
+    margins: tuple[PredictedMargin, ...]
+    """Limits and criteria, the nearest one first; empty where the record is too old to say whose ``margin`` is."""
+    checks: int
+    """Permissives and other conditions that were judged beside them."""
 
 
 @dataclass(frozen=True, slots=True)

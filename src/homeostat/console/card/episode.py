@@ -7,6 +7,7 @@ from typing import Final, TypeVar
 
 from homeostat.console.card.card import Acted, Card, Choice, Explanation, LetBe, Refusal, Seen
 from homeostat.console.card.foresight import alone
+from homeostat.console.card.margins import predicted_margins
 from homeostat.console.card.proposal import moves, proposal, state_label
 from homeostat.console.opened import KnownPlant
 from homeostat.console.readings import Readings
@@ -243,8 +244,11 @@ def _let_be(episode: Episode, plant: PlantDescription) -> LetBe | None:
     """That the plant was left as it is, where that was judged last."""
     for entry in reversed(episode.entries):
         match entry.event:
-            case NoActionTaken(state=state, min_margin=margin):
-                return LetBe(entry.at_s, state_label(state, plant), margin)
+            case NoActionTaken() as left:
+                margins = predicted_margins(left.findings, plant)
+                checks = len(left.findings) - len(margins)
+                told = left.min_margin, left.members, margins, checks
+                return LetBe(entry.at_s, state_label(left.state, plant), *told)
             case ReleasedActions() | FallbackActivated() | Compared() | GaveUp() | Tripped():
                 return None
     return None

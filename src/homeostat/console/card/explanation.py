@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from homeostat.console.card.card import Card, Explanation, Move, PredictedMargin, Proposal
+from homeostat.console.card.card import Card, Explanation, LetBe, Move, PredictedMargin
 from homeostat.console.card.foresight import Foresight
 
 
@@ -82,7 +82,7 @@ def _alone(card: Card) -> Iterator[str]:
         yield card.alone
     if card.let_be is not None:
         let_be = card.let_be
-        yield f"It was left as it is in {let_be.state!r} at {let_be.at_s:.0f} s; least margin {let_be.margin:.3g}"
+        yield f"It was left as it is in {let_be.state!r} at {let_be.at_s:.0f} s"
 
 
 def _foreseen(foresight: Foresight) -> Iterator[str]:
@@ -127,11 +127,13 @@ def _move(move: Move) -> str:
 
 
 def _safe(card: Card) -> Iterator[str]:
-    proposal = card.proposal
+    proposal, let_be = card.proposal, card.let_be
     if proposal is None:
+        if let_be is not None and not card.acted:
+            yield from _without_action(let_be)
         return
     yield "Every check holds" if proposal.approved else "Not every check holds"
-    yield from (_margin(margin, proposal) for margin in proposal.margins)
+    yield from (_margin(margin, proposal.members) for margin in proposal.margins)
     if proposal.checks:
         yield f"{proposal.checks} permissives and targets were judged beside them"
     if proposal.certificate is not None:
@@ -142,13 +144,32 @@ def _safe(card: Card) -> Iterator[str]:
         yield from _foreseen(proposal.foresight)
 
 
-def _margin(margin: PredictedMargin, proposal: Proposal) -> str:
+def _without_action(let_be: LetBe) -> Iterator[str]:
+    yield "Every check holds without action" if let_be.margin >= 0.0 else "Not every check holds without action"
+    yield from (_margin(margin, let_be.members) for margin in let_be.margins)
+    if not let_be.margins:
+        yield f"The least margin is {let_be.margin:+.3g}; whose it is this record does not say"
+    elif let_be.checks:
+        yield f"{let_be.checks} permissives and other conditions were judged beside them"
+
+
+def _margin(margin: PredictedMargin, members: int) -> str:
     text = (
-        f"{margin.text or margin.name} ({margin.name}): {_signed(margin.margin, margin.unit)} at worst, after "
-        f"{margin.at_s:.0f} s, in member {margin.member} of {proposal.members}"
+        f"{margin.text or margin.name} ({margin.name}): {_distance(margin.margin, margin.unit, margin.term)} at worst, "
+        f"after {margin.at_s:.0f} s, in member {margin.member} of {members}"
     )
+    text += ", as good as it can be" if margin.full else ""
     text += "" if margin.hard else ", which has a price and does not forbid"
-    return text if margin.actual is None else f"{text}; {_signed(margin.actual, margin.unit)} in the readings since"
+    if margin.actual is None:
+        return text
+    return f"{text}; {_distance(margin.actual, margin.actual_unit, margin.actual_term)} in the readings since"
+
+
+def _distance(value: float, unit: str, term: str) -> str:
+    """A margin; where the formula has several units, beside the comparison whose it is."""
+    if term:
+        return f"{value:+.3g}{'' if unit in ('1', '') else f' {unit}'} to {term!r}"
+    return f"{value:+.3g} times what counts in its units" if unit == "1" else f"{value:+.3g} {unit}"
 
 
 def _costs(card: Card) -> Iterator[str]:
@@ -175,10 +196,6 @@ def _amount(value: float, unit: str) -> str:
 
 def _deviation(value: float, unit: str) -> str:
     return f"{value:+.3g}" if unit == "1" else f"{value:+.3g} {unit}"
-
-
-def _signed(value: float, unit: str) -> str:
-    return f"{value:+.3g} (scaled)" if unit == "1" else f"{value:+.3g} {unit}"
 
 
 def _percent(share: float) -> str:

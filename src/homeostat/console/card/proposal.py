@@ -1,33 +1,28 @@
 """The proposal of an episode: what is to be written, how it was judged, and what came of it."""
 
-import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from typing import Final
 
-import numpy as np
-
-from homeostat.console.card.card import LaterMoves, Move, PredictedMargin, Proposal
+from homeostat.console.card.card import LaterMoves, Move, Proposal
 from homeostat.console.card.foresight import beside, with_actions
+from homeostat.console.card.margins import predicted_margins, with_actual
 from homeostat.console.opened import KnownPlant
-from homeostat.console.readings import Readings, Values
+from homeostat.console.readings import Readings
 from homeostat.console.situation import situation
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.events.guard import GuardStarted, RequestAnswered
 from homeostat.domain.events.recovery import Attempted, Compared, ReleasedActions, Remarked
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.domain.plant.limits import Criterion, Limit, LimitKind
 from homeostat.domain.recovery import Command
 from homeostat.domain.remark import RemarkKind
 from homeostat.domain.request import RequestStatus
-from homeostat.domain.verdict import Finding
 from homeostat.journal.memory import Entry
 from homeostat.record.releases import Release
 from homeostat.record.run_record import RunRecord
 from homeostat.record.story.wording import who
-from homeostat.stl.formula import Formula, FormulaError
-from homeostat.stl.text import render
-from homeostat.stl.tree import Always
 
+ADVISED: Final = "advised; in this mode nobody writes"
+"""Status of what a person may do, and nobody else does."""
 _SHOWN = (RequestStatus.OFFERED, RequestStatus.ADVISED)
 
 
@@ -50,7 +45,7 @@ def proposal(
     told = [e.event for e in entries if isinstance(e.event, ReleasedActions) and e.event.digest == digest]
     margins = predicted_margins(tried.findings, plant.description)
     if released is not None and readings is not None:
-        margins = _with_actual(margins, released, record, plant, (readings, at_s))
+        margins = with_actual(margins, released, record, plant, (readings, at_s))
     known = plant.description
     steps = told[-1].then if told else ()
     later = tuple(LaterMoves(s.guard, state_label(s.target, known), moves(s.commands, before, known)) for s in steps)
@@ -106,7 +101,7 @@ def _status(digest: str, entries: Iterable[Entry], released: Release | None, tri
                 said = RequestStatus.WITHDRAWN.value
     words = {
         RequestStatus.OFFERED.value: "waits for a person's yes",
-        RequestStatus.ADVISED.value: "advised; in this mode nobody writes",
+        RequestStatus.ADVISED.value: ADVISED,
         RequestStatus.REFUSED.value: "refused by the guard",
         RequestStatus.FAILED.value: "written, and the plant does not hold it",
         RequestStatus.WITHDRAWN.value: "withdrawn",
@@ -135,63 +130,3 @@ def moves(commands: Iterable[Command], before: Sequence[Entry], plant: PlantDesc
 def state_label(name: str, plant: PlantDescription) -> str:
     """A state in the operator's words; its name where the plant does not know it."""
     return next((state.label for state in plant.machine.states if state.name == name), name)
-
-
-def predicted_margins(findings: Iterable[Finding], plant: PlantDescription) -> tuple[PredictedMargin, ...]:
-    """Findings on limits and criteria, the nearest one first; permissives and targets are no margins to watch."""
-    known: dict[str, Limit | Criterion] = {c.name: c for c in plant.limits.criteria}
-    known |= {x.name: x for x in plant.limits.limits if x.kind is not LimitKind.PERMISSIVE}
-    found = []
-    for finding in findings:
-        limit = known.get(finding.criterion)
-        if limit is not None and math.isfinite(finding.margin):
-            scaled = finding.relative(plant.scales)
-            place = finding.margin, finding.unit, finding.at_s, finding.member, scaled
-            found.append(PredictedMargin(limit.name, limit.description, limit.formula.text, *place, limit.hard))
-    return tuple(sorted(found, key=lambda margin: margin.scaled))
-
-
-def _with_actual(
-    margins: Iterable[PredictedMargin],
-    released: Release,
-    record: RunRecord,
-    plant: KnownPlant,
-    seen: tuple[Readings, float],
-) -> tuple[PredictedMargin, ...]:
-    """Beside each prediction what the readings have come to since the release, as long as it was predicted for."""
-    readings, at_s = seen
-    later = [r.at_s for r in record.releases if r.at_s > released.at_s]
-    later += [fell_s for fell_s, _ in record.fallbacks if fell_s > released.at_s]
-    until_s = min([at_s, released.at_s + (plant.horizon_s or math.inf), *later])
-    limits = plant.description.limits
-    formulas = {c.name: c.formula for c in limits.criteria} | {x.name: x.formula for x in limits.limits}
-    made = []
-    for margin in margins:
-        actual = _least(formulas[margin.name], readings, (released.at_s, until_s))
-        made.append(margin if actual is None else replace(margin, actual=actual[0], actual_at_s=actual[1]))
-    return tuple(made)
-
-
-def _least(formula: Formula, readings: Readings, span: tuple[float, float]) -> tuple[float, float] | None:
-    """Least margin of the readings in ``span`` [s], and when it was; None where there is none yet.
-
-    Of a formula ``always[a,b] f`` it is that of ``f`` from ``a`` to ``b`` after the beginning.
-    """
-    from_s, to_s = span
-    if isinstance(formula.root, Always):
-        inner = formula.root
-        from_s, to_s = from_s + inner.low_s, min(to_s, from_s + inner.high_s)
-        formula = Formula(render(inner.operand), inner.operand, formula.unit)
-    part = readings.between(from_s, to_s)
-    times = readings.times_s[part]
-    if not times.size or (math.isfinite(formula.horizon_s) and formula.horizon_s > 0.0):
-        return None
-    signals: dict[str, Values] = {tag: values[part] for tag, values in readings.signals.items() if tag in formula.tags}
-    try:
-        margins = formula.margins(signals, readings.dt_s)[0]
-    except FormulaError:
-        return None
-    if not np.isfinite(margins).any():
-        return None
-    least = int(np.nanargmin(margins))
-    return float(margins[least]), float(times[least])

@@ -87,7 +87,7 @@ class Provider:
                 )
                 return self._verified(client, request, token)
         except (httpx2.HTTPError, AuthlibBaseError, ValueError) as error:
-            raise ProviderError(f"the provider gave no token: {error}") from error
+            raise ProviderError(f"the provider gave no token: {self._why(error)}") from error
 
     def _verified(self, client: OAuth2Client, request: Request, token: Mapping[str, Any]) -> Mapping[str, Any]:
         text = token.get("id_token")
@@ -138,7 +138,7 @@ class Provider:
         with self._lock:
             if self._described is None or time.monotonic() - self._described[0] > _KEPT_S:
                 where = self._settings.issuer.rstrip("/") + "/.well-known/openid-configuration"
-                found = _asked(client, where)
+                found = self._asked(client, where)
                 if found.get("issuer") != self._settings.issuer:
                     raise ProviderError(f"{where} is the description of {str(found.get('issuer'))[:80]!r}")
                 if "S256" not in found.get("code_challenge_methods_supported", ["S256"]):
@@ -151,21 +151,31 @@ class Provider:
         with self._lock:
             age_s = None if self._keys is None else time.monotonic() - self._keys[0]
             if self._keys is None or age_s is None or age_s > (_AGAIN_S if again else _KEPT_S):
-                found: Any = _asked(client, where)
+                found: Any = self._asked(client, where)
                 try:
                     self._keys = time.monotonic(), KeySet.import_key_set(found)
                 except (JoseError, KeyError, ValueError, TypeError) as error:
                     raise ProviderError(f"{where} has no keys: {error}") from error
             return self._keys[1]
 
+    def _asked(self, client: OAuth2Client, where: str) -> Mapping[str, Any]:
+        try:
+            answer = client.request("GET", where, withhold_token=True)
+            answer.raise_for_status()
+            found = answer.json()
+        except (httpx2.HTTPError, ValueError) as error:
+            raise ProviderError(f"{where} does not answer: {self._why(error)}") from error
+        if not isinstance(found, dict):
+            raise ProviderError(f"{where} does not describe a provider")
+        return found
 
-def _asked(client: OAuth2Client, where: str) -> Mapping[str, Any]:
-    try:
-        answer = client.request("GET", where, withhold_token=True)
-        answer.raise_for_status()
-        found = answer.json()
-    except (httpx2.HTTPError, ValueError) as error:
-        raise ProviderError(f"{where} does not answer: {type(error).__name__}: {error}") from error
-    if not isinstance(found, dict):
-        raise ProviderError(f"{where} does not describe a provider")
-    return found
+    def _why(self, error: BaseException) -> str:
+        """``error`` in one line; of a certificate that is not trusted, by what it is not."""
+        cause: BaseException | None = error
+        while cause is not None and not isinstance(cause, ssl.SSLCertVerificationError):
+            cause = cause.__cause__ or cause.__context__
+        if cause is None:
+            return " ".join(f"{type(error).__name__}: {error}".split())
+        ca = self._settings.ca
+        by = "the system's certificates; ca in the settings names others" if ca is None else f"{str(ca)!r} (ca)"
+        return f"its certificate is not trusted by {by}: {cause.verify_message}"

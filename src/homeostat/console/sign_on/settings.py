@@ -61,7 +61,9 @@ class SignOnSettings(BaseModel):
     secret_file: Path | None = None
     """File with the client's secret, beside the settings where it is relative."""
     ca: Path | None = None
-    """Certificates that the provider's is trusted by (PEM), where the system's are not the ones."""
+    """Certificates that the provider's is trusted by, and no others (PEM), beside the settings where it is relative.
+
+    None for the system's."""
     scope: str = "openid profile"
     name_claim: str = Field(default="preferred_username", min_length=1, max_length=200)
     """The claim that has the name that orders bear."""
@@ -102,6 +104,8 @@ def read_settings(path: Path) -> tuple[SignOnSettings, str]:
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         raise SignOnError(f"{str(path)!r}: {'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+    if settings.ca is not None:
+        settings = settings.model_copy(update={"ca": path.parent / settings.ca})
     if settings.secret_file is None:
         secret = os.environ.get(SECRET, "")
     else:

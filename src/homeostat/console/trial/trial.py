@@ -10,7 +10,8 @@ from homeostat.agents.pricing import Pricing
 from homeostat.console.card.card import Move
 from homeostat.console.card.episode import plainly, worded
 from homeostat.console.card.foresight import Foresight, first_limit
-from homeostat.console.card.proposal import predicted_margins, state_label
+from homeostat.console.card.margins import predicted_margins
+from homeostat.console.card.proposal import state_label
 from homeostat.console.trial.question import Question, Tried
 from homeostat.domain.diagnosis import by_fault_set
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath

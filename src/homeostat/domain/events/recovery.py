@@ -177,6 +177,19 @@ class NoActionTaken:
     """State in which the plant was left."""
     min_margin: float
     """Least margin over the criteria, each in its own unit."""
+    findings: tuple[Finding, ...] = ()
+    """Every check with its margin, had nothing been done; empty in records that are older than this field."""
+    members: int = 0
+    """Members of the rollout; 0 in records that are older than this field."""
+
+
+@dataclass(frozen=True, slots=True)
+class Concluded:
+    """Recovery thinks no more about what it noticed, and nothing else says so: nothing is done about it now."""
+
+    kind: ClassVar[str] = "concluded"
+    reason: str
+    """Why, in one sentence."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits, O
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding
+from homeostat.stl.deciding import Deciding
 
 
 def permissive_findings(snapshot: Snapshot, commands: Sequence[Command], limits: Limits) -> tuple[Finding, ...]:
@@ -38,11 +39,14 @@ def unjudged(limit: Limit, values: Mapping[str, float]) -> str | None:
     return f"{limit.formula.text!r} {reason} ({limit.name})"
 
 
-def finding(rule: Limit | Criterion, margin: float, at_s: float = 0.0, member: int = 0) -> Finding:
+def finding(
+    rule: Limit | Criterion, margin: float, at_s: float = 0.0, member: int = 0, by: Deciding | None = None
+) -> Finding:
     """What the margin of a limit or criterion says, with a sentence for a person.
 
     ``margin`` [its unit] is the worst one, of ``member``, ``at_s`` [s] after the snapshot; NaN where it is undecided,
-    which is violated without limit. Whoever proposes commands can cure a limit.
+    which is violated without limit; ``by`` is the comparison that decides it, where it has no unit of its own. Whoever
+    proposes commands can cure a limit.
     """
     owner = rule.owner if isinstance(rule, Criterion) else Owner.ACTION
     said, unit = f"{rule.description}: {rule.formula.text!r}", rule.formula.unit
@@ -50,8 +54,9 @@ def finding(rule: Limit | Criterion, margin: float, at_s: float = 0.0, member: i
         message = f"{said} cannot be judged, a value that it needs is not known ({rule.name})"
         return Finding(rule.name, owner, -math.inf, unit, 0.0, member, message)
     state = "holds" if margin >= 0 else "is violated"
-    message = f"{said} {state} by {abs(margin):.4g} {unit} at {at_s:.0f} s ({rule.name})"
-    return Finding(rule.name, owner, margin, unit, at_s, member, message)
+    size, of_size = (by.margin, by.unit) if by is not None and by.unit else (margin, unit)
+    message = f"{said} {state} by {abs(size):.4g} {of_size} at {at_s:.0f} s ({rule.name})"
+    return Finding(rule.name, owner, margin, unit, at_s, member, message, by)
 
 
 def refusal(name: str, message: str, owner: Owner = Owner.ACTION) -> Finding:

@@ -104,5 +104,7 @@ def worst(findings: Iterable[Finding], scales: Mapping[str, float]) -> str:
     if not math.isfinite(found.margin):  # a check that no margin can satisfy
         named = f"({found.criterion})"
         return found.message if named in found.message else f"{found.message} {named}"
-    unit = "" if found.unit in ("1", "") else f" {found.unit}"
-    return f"worst margin {found.margin:+.3g}{unit} ({found.criterion})"
+    margin, unit = (
+        (found.margin, found.unit) if found.deciding is None else (found.deciding.margin, found.deciding.unit)
+    )
+    return f"worst margin {margin:+.3g}{'' if unit in ('1', '') else f' {unit}'} ({found.criterion})"
