@@ -10,6 +10,7 @@ from homeostat.domain.plant.flowsheet import Flowsheet
 from homeostat.domain.plant.limits import LimitKind
 from homeostat.plants.page.figure import Direction, Line, Shape, arranged
 from homeostat.plants.page.flowsheet import flowsheet_figure
+from homeostat.plants.page.layers import Corrections
 from homeostat.record.figure.limits import thresholds
 from homeostat.record.figure.panel import LinePanel
 from homeostat.stl.tree import Or
@@ -154,15 +155,15 @@ def drawn_sheet(plant: KnownPlant) -> DrawnSheet | None:
     """The flowsheet with its layout; None where it is not known."""
     if plant.flowsheet is None:
         return None
-    return _sheet(plant.description, plant.flowsheet)
+    return _sheet(plant.description, plant.flowsheet, plant.corrections)
 
 
-def _sheet(plant: PlantDescription, flowsheet: Flowsheet) -> DrawnSheet:
+def _sheet(plant: PlantDescription, flowsheet: Flowsheet, corrections: Corrections) -> DrawnSheet:
     shapes, arrows = flowsheet_figure(plant, flowsheet)
     tags = plant.tags_by_name
     shown = {name: list(_lines(shape, tags)) for name, shape in shapes.items()}
     roomy = {name: _roomy(shape, shown[name]) for name, shape in shapes.items()}
-    layout = arranged(roomy, arrows, Direction.RIGHT)
+    layout = arranged(roomy, arrows, Direction.RIGHT, corrections)
     boxes = []
     for name, place in layout.places.items():
         shape = roomy[name]

@@ -17,6 +17,7 @@ from homeostat.journal import BrokenChain, RunStarted
 from homeostat.journal.beside.files import JOURNAL, MANIFEST
 from homeostat.journal.memory import Entry
 from homeostat.journal.tail import Tail
+from homeostat.plants.page.layers import AS_FOUND, Corrections
 from homeostat.record.decode import DecodeError, decode
 from homeostat.record.directory import TRAJECTORY
 from homeostat.record.figure.panel import Panel
@@ -39,6 +40,8 @@ class KnownPlant:
     """What its graph says, or what the run tells of it."""
     flowsheet: Flowsheet | None = None
     """What it does; None where the plant is not to be had."""
+    corrections: Corrections = AS_FOUND
+    """How the drawing of that is corrected."""
     baselines: dict[str, Baseline] = field(default_factory=dict)
     """Feature -> reference values."""
     panels: tuple[Panel, ...] = ()

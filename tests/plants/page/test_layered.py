@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.plants.page.layered import Box, Layout, layered
+from homeostat.plants.page.layers import Corrections
 
 GAP = (30.0, 12.0)
 NAMES = st.sampled_from([f"b{i}" for i in range(12)])
@@ -60,6 +61,32 @@ def test_a_link_joins_its_boxes_and_passes_the_others(graph: tuple[dict[str, Box
                 place = layout.places[name]
                 beside = max(begin, end) <= place.along or min(begin, end) >= place.along + place.box.along
                 assert beside or not place.across < at < place.across + place.box.across
+
+
+@settings(max_examples=100, deadline=None)
+@given(graphs(), st.data())
+def test_corrections_move_boxes_and_make_none_overlap(
+    graph: tuple[dict[str, Box], list[tuple[str, str]]], data: st.DataObject
+) -> None:
+    names = sorted(graph[0])
+    some = st.lists(st.sampled_from(names), unique=True) if names else st.just([])
+    order, later = data.draw(some), {name: data.draw(st.integers(1, 4)) for name in data.draw(some)}
+    layout = layered(*graph, GAP, corrections=Corrections(later, tuple(order)))
+    assert layout.places.keys() == graph[0].keys() and apart(layout)
+    middle = {name: place.along + place.box.along / 2.0 for name, place in layout.places.items()}
+    for before, after in combinations(order, 2):
+        if middle[before] == pytest.approx(middle[after]):
+            assert layout.places[before].across < layout.places[after].across
+
+
+def test_a_box_that_stands_further_on_takes_with_it_what_follows() -> None:
+    boxes = dict.fromkeys("abcx", Box(10.0, 10.0))
+    links = [("a", "b"), ("b", "c"), ("a", "x"), ("x", "c")]
+    found = layered(boxes, links, GAP)
+    moved = layered(boxes, links, GAP, corrections=Corrections({"b": 1}))
+    assert found.places["b"].along == found.places["x"].along
+    assert moved.places["b"].along == found.places["c"].along < moved.places["c"].along
+    assert moved.places["x"].along == found.places["x"].along
 
 
 def test_links_lead_forward_but_for_those_that_close_a_circle() -> None:

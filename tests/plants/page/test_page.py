@@ -10,13 +10,15 @@ from xml.etree import ElementTree
 import pytest
 
 from homeostat.plants.described import DescribedPlant, read_described
+from homeostat.plants.error import PlantError
 from homeostat.plants.files.folder import BASELINES
 from homeostat.plants.page.figure import Direction, Shape, arranged
-from homeostat.plants.page.flowsheet import flowsheet_figure
+from homeostat.plants.page.flowsheet import corrections, flowsheet_figure
 from homeostat.plants.page.lettering import broken, width
 from homeostat.plants.page.machine import machine_figure
 from homeostat.plants.page.markup import Markup, element
 from homeostat.plants.page.page import page
+from homeostat.plants.settings.settings import DrawingTable
 from tests.plants.copies import Copy
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -185,3 +187,27 @@ def test_a_label_is_broken_at_spaces_and_what_is_cut_is_seen() -> None:
     for text in ("x" * 90, "one two three four five six seven eight nine", "a_very.long_name_of_a.tag" * 4):
         lines = broken(text, 12.0, 80.0, 2)
         assert len(lines) == 2 and lines[-1].endswith("…") and all(width(line, 12.0) <= 80.0 for line in lines)
+
+
+def test_settings_correct_the_drawing_and_name_what_is_drawn() -> None:
+    plant = read_described("cstr")
+    shapes, arrows = flowsheet_figure(plant.description, plant.flowsheet)
+    as_it_is = arranged(shapes, arrows, Direction.RIGHT).places
+    drawn = DrawingTable(later={"PO_Cool": 1}, order=["reactor_heat", "reactor_content"])
+    corrected = corrections("cstr", plant.flowsheet, drawn)
+    moved = arranged(shapes, arrows, Direction.RIGHT, corrected).places
+    assert as_it_is["operator PO_Cool"].along == pytest.approx(as_it_is["operator PO_Withdraw"].along, abs=20.0)
+    assert moved["operator PO_Cool"].along > moved["operator PO_Withdraw"].along + 100.0
+    for place, content_first in ((as_it_is, True), (moved, False)):
+        assert (place["flow reactor_content"].across < place["flow reactor_heat"].across) is content_first
+    with pytest.raises(PlantError, match=r"no process operator or flow 'PO_Fed'.*'PO_Feed'"):
+        corrections("cstr", plant.flowsheet, DrawingTable(order=["PO_Fed"]))
+
+
+@pytest.mark.parametrize("wrong", ["later = { PO_Feed = 0 }", "later = { PO_Feed = 21 }", "sooner = 1", 'order = "a"'])
+def test_what_is_no_correction_is_refused_with_its_place(wrong: str, tmp_path: Path) -> None:
+    copy = Copy.of("cstr", tmp_path)
+    settings = copy.folder / "case.toml"
+    settings.write_text(f"{settings.read_text('utf-8')}\n[drawing]\n{wrong}\n", "utf-8")
+    with pytest.raises(PlantError, match="drawing"):
+        read_described(str(copy.folder))

@@ -16,6 +16,7 @@ from homeostat.console.watched import ServiceSilent, Watched
 from homeostat.journal import BrokenChain, RunStarted, read_events
 from homeostat.llm.model import LanguageModel
 from homeostat.plants.described import read_described
+from homeostat.plants.page.flowsheet import corrections
 from homeostat.plants.plant import Plant
 from homeostat.record.decode import decode
 from homeostat.service.attached.place import ATTACHED
@@ -99,10 +100,12 @@ def _plant(run_dir: Path, given: str | None) -> KnownPlant:
 
 def known_plant(plant: Plant, notice: str = "") -> KnownPlant:
     """What the page needs of ``plant``; ``notice`` is what a reader must know of it."""
+    described = read_described(str(plant.files.folder))
     return KnownPlant(
         title=plant.title,
         description=plant.description,
-        flowsheet=read_described(str(plant.files.folder)).flowsheet,
+        flowsheet=described.flowsheet,
+        corrections=corrections(described.name, described.flowsheet, described.settings.drawing),
         baselines=plant.baselines,
         panels=plant.panels,
         horizon_s=plant.twin.horizon_s,

@@ -16,6 +16,7 @@ from homeostat.knowledge.build.tables.check import mistakes
 from homeostat.knowledge.checks.conformance import check_shapes
 from homeostat.knowledge.checks.injection_scan import injection_findings
 from homeostat.knowledge.checks.lint import lint
+from homeostat.knowledge.description.function import flowsheet
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import GraphError
 from homeostat.knowledge.store.store import GraphStore
@@ -24,6 +25,7 @@ from homeostat.plants.files.baselines import read_baselines, refuse_altered
 from homeostat.plants.files.folder import BASELINES, PlantFiles
 from homeostat.plants.files.generated import refuse_altered_graph, with_fresh_graph
 from homeostat.plants.files.graph import open_graph
+from homeostat.plants.page.flowsheet import corrections
 from homeostat.plants.settings.check import refuse_misnamed
 from homeostat.plants.settings.defaults import completed
 from homeostat.plants.settings.figure_panel import read_panel
@@ -71,6 +73,10 @@ def _findings(files: PlantFiles, places: Places) -> Iterator[Finding]:
         yield of_mistake("graph", error, places)
         return
     yield from _named(files, settings, described)
+    try:
+        corrections(files.folder.name, flowsheet(store, NamedNode(settings.system)), settings.drawing)
+    except PlantError as error:
+        yield of_setting(str(error))
 
 
 def of_mistake(check: str, error: GraphError, places: Places, severity: Severity = Severity.ERROR) -> Finding:

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import Final
 
 from homeostat.plants.page.layered import Box, Layout, Place, Point, layered
+from homeostat.plants.page.layers import AS_FOUND, Corrections
 from homeostat.plants.page.lettering import broken, width
 from homeostat.plants.page.markup import Markup, element, together
 
@@ -106,19 +107,27 @@ def lines(text: str, title: bool = False, rows: int = 3) -> tuple[Line, ...]:
     return tuple(Line(part, title=title) for part in broken(text, size, _MOST_PX, rows))
 
 
-def arranged(shapes: Mapping[str, Shape], arrows: Sequence[Arrow], direction: Direction) -> Layout:
+def arranged(
+    shapes: Mapping[str, Shape], arrows: Sequence[Arrow], direction: Direction, corrections: Corrections = AS_FOUND
+) -> Layout:
     """Where everything stands, in layers that follow one another in ``direction``: first what the machine starts in."""
     down = direction is Direction.DOWN
     boxes = {n: Box(s.height, s.width) if down else Box(s.width, s.height) for n, s in shapes.items()}
     start = next((name for name, shape in shapes.items() if shape.icon == "initial"), "")
-    return layered(boxes, [(a.source, a.target) for a in arrows], (40.0, 18.0) if down else (44.0, 16.0), start)
+    links, gap = [(a.source, a.target) for a in arrows], (40.0, 18.0) if down else (44.0, 16.0)
+    return layered(boxes, links, gap, start, corrections)
 
 
 def drawing(
-    name: str, words: tuple[str, str], shapes: Mapping[str, Shape], arrows: Sequence[Arrow], direction: Direction
+    name: str,
+    words: tuple[str, str],
+    shapes: Mapping[str, Shape],
+    arrows: Sequence[Arrow],
+    direction: Direction,
+    corrections: Corrections = AS_FOUND,
 ) -> Markup:
     """The drawing as an SVG element called ``name``; ``words`` are its title, and what it shows in some sentences."""
-    layout = arranged(shapes, arrows, direction)
+    layout = arranged(shapes, arrows, direction, corrections)
     down = direction is Direction.DOWN
     wide, high = (layout.across, layout.along) if down else (layout.along, layout.across)
     wide, high = wide + 2 * _MARGIN, high + 2 * _MARGIN

@@ -7,20 +7,45 @@ from typing import Final
 from homeostat.domain.plant.description import ComponentKind, PlantDescription, Relation
 from homeostat.domain.plant.flowsheet import Flow, FlowKind, Flowsheet, ProcessOperator
 from homeostat.domain.plant.tag import Role
+from homeostat.plants.described import DescribedPlant
+from homeostat.plants.error import PlantError
+from homeostat.plants.files.folder import SETTINGS
 from homeostat.plants.page.figure import Arrow, Direction, Line, Shape, drawing, lines
+from homeostat.plants.page.layers import Corrections
 from homeostat.plants.page.markup import Markup
+from homeostat.plants.settings.settings import DrawingTable
+from homeostat.stl.spelling import near_matches
 
 _ICONS: Final = {FlowKind.PRODUCT: "circle", FlowKind.ENERGY: "rhombus", FlowKind.INFORMATION: "hexagon"}
 
 
-def flowsheet_drawing(plant: PlantDescription, sheet: Flowsheet) -> Markup:
+def flowsheet_drawing(plant: DescribedPlant) -> Markup:
     """The drawing."""
-    shapes, arrows = flowsheet_figure(plant, sheet)
+    sheet = plant.flowsheet
+    shapes, arrows = flowsheet_figure(plant.description, sheet)
     described = (
         f"{len(sheet.operators)} process operators from left to right, with what flows between them, where it is "
         "measured, and by dashed arrows what controllers read and command. The tables below say the same."
     )
-    return drawing("flowsheet", (f"Flowsheet of {plant.label}", described), shapes, arrows, Direction.RIGHT)
+    words = f"Flowsheet of {plant.description.label}", described
+    correct = corrections(plant.name, sheet, plant.settings.drawing)
+    return drawing("flowsheet", words, shapes, arrows, Direction.RIGHT, correct)
+
+
+def corrections(name: str, sheet: Flowsheet, drawn: DrawingTable) -> Corrections:
+    """What the settings of the plant called ``name`` correct.
+
+    PlantError where they name what is no process operator and does not flow.
+    """
+    boxes = {flow.name: f"flow {flow.name}" for flow in sheet.flows if flow.kind is not FlowKind.INFORMATION}
+    boxes |= {operator.name: f"operator {operator.name}" for operator in sheet.operators}
+    for box in (*drawn.later, *drawn.order):
+        if box not in boxes:
+            hint = near_matches(box, boxes)
+            where = f"{name}/{SETTINGS}: drawing"
+            raise PlantError(f"{where}: the flowsheet has no process operator or flow {box!r}{hint}")
+    later = {boxes[box]: layers for box, layers in drawn.later.items()}
+    return Corrections(later, tuple(boxes[box] for box in drawn.order))
 
 
 def flowsheet_figure(plant: PlantDescription, sheet: Flowsheet) -> tuple[dict[str, Shape], list[Arrow]]:

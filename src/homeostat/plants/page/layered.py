@@ -10,7 +10,18 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final, TypeAlias
 
-from homeostat.plants.page.layers import SWEEPS, Chain, Link, layers, neighbours, ordered, turned
+from homeostat.plants.page.layers import (
+    AS_FOUND,
+    SWEEPS,
+    Chain,
+    Corrections,
+    Link,
+    in_order,
+    layers,
+    neighbours,
+    ordered,
+    turned,
+)  # fmt: skip
 
 _STRAIGHT: Final = 8.0
 """How much more a long link is kept straight than a box is centred between its neighbours [1]."""
@@ -57,7 +68,13 @@ class Layout:
     """Size of the drawing [px]."""
 
 
-def layered(boxes: Mapping[str, Box], links: Sequence[Link], gap: Point, start: str = "") -> Layout:
+def layered(
+    boxes: Mapping[str, Box],
+    links: Sequence[Link],
+    gap: Point,
+    start: str = "",
+    corrections: Corrections = AS_FOUND,
+) -> Layout:
     """Place ``boxes``; ``gap`` is the least distance between layers, and between boxes of one layer [px].
 
     Of links that close a circle the later ones lead back, and so does every link to the box ``start``. Links from a box
@@ -66,14 +83,14 @@ def layered(boxes: Mapping[str, Box], links: Sequence[Link], gap: Point, start: 
     wanted = [link for link in dict.fromkeys(links) if link[0] != link[1]]
     back = turned(wanted, start)
     forward = [(b, a) if (a, b) in back else (a, b) for a, b in wanted]
-    layer = layers(boxes, forward)
+    layer = layers(boxes, forward, corrections.later)
     sizes, chains = dict(boxes), []
     for number, (a, b) in enumerate(forward):
         lanes = [f"\0{number} {at}" for at in range(layer[a] + 1, layer[b])]
         layer |= {lane: layer[a] + 1 + at for at, lane in enumerate(lanes)}
         sizes |= dict.fromkeys(lanes, Box(0.0, _LANE))
         chains.append([a, *lanes, b])
-    rows = ordered(layer, chains)
+    rows = in_order(ordered(layer, chains), corrections.order)
     middle = _aligned(rows, chains, sizes, set(boxes), gap[1])
     return _placed(rows, chains, sizes, middle, (boxes, wanted, back, gap[0]))
 

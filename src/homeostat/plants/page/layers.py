@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Final, TypeAlias
 
@@ -11,6 +12,20 @@ Link: TypeAlias = tuple[str, str]
 """From one box to another."""
 Chain: TypeAlias = "list[str]"
 """A link as the names at its ends and its places in the layers between."""
+
+
+@dataclass(frozen=True, slots=True)
+class Corrections:
+    """What somebody who looked at a drawing would have otherwise: still no box overlaps, and no link crosses one."""
+
+    later: Mapping[str, int] = field(default_factory=dict)
+    """Box -> by how many layers it stands further on, and whatever follows it."""
+    order: tuple[str, ...] = ()
+    """Boxes in the order in which they stand wherever they share a layer."""
+
+
+AS_FOUND: Final = Corrections()
+"""Nothing is corrected."""
 
 
 def turned(links: Sequence[Link], start: str) -> set[Link]:
@@ -30,19 +45,22 @@ def turned(links: Sequence[Link], start: str) -> set[Link]:
     return back
 
 
-def layers(boxes: Iterable[str], links: Sequence[Link]) -> dict[str, int]:
-    """The layer of each box: as early as its links allow, and what only gives close to what takes it."""
-    layer = dict.fromkeys(boxes, 0)
+def layers(boxes: Iterable[str], links: Sequence[Link], later: Mapping[str, int]) -> dict[str, int]:
+    """The layer of each box: as early as its links allow, and what only gives close to what takes it.
+
+    Those in ``later`` stand by so many further on.
+    """
+    layer = {name: later.get(name, 0) for name in boxes}
     for _ in boxes:
         for a, b in links:
-            layer[b] = max(layer[b], layer[a] + 1)
+            layer[b] = max(layer[b], layer[a] + 1 + later.get(b, 0))
     takers = {b for _, b in links}
     for name in boxes:
-        later = [layer[b] for a, b in links if a == name]
-        if later and name not in takers:
-            layer[name] = min(later) - 1
-    first = min(layer.values(), default=0)
-    return {name: at - first for name, at in layer.items()}
+        after = [layer[b] for a, b in links if a == name]
+        if after and name not in takers and name not in later:
+            layer[name] = min(after) - 1
+    taken = {at: number for number, at in enumerate(sorted(set(layer.values())))}
+    return {name: taken[at] for name, at in layer.items()}
 
 
 def ordered(layer: Mapping[str, int], chains: Sequence[Chain]) -> list[list[str]]:
@@ -62,6 +80,15 @@ def ordered(layer: Mapping[str, int], chains: Sequence[Chain]) -> list[list[str]
         if (count := _crossings(rows, after)) < fewest:
             best, fewest = [list(row) for row in rows], count
     return best
+
+
+def in_order(rows: Sequence[Sequence[str]], wanted: Sequence[str]) -> list[list[str]]:
+    """``rows``, in each of which those of ``wanted`` take one another's places so that they stand in that order."""
+    made = []
+    for row in rows:
+        named = iter([name for name in wanted if name in row])
+        made.append([next(named) if name in wanted else name for name in row])
+    return made
 
 
 def neighbours(chains: Sequence[Chain]) -> tuple[Mapping[str, list[str]], Mapping[str, list[str]]]:

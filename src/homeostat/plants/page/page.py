@@ -30,7 +30,7 @@ def page(plant: DescribedPlant) -> str:
     known = plant.description
     parts = {
         "flowsheet-part": [
-            _drawing(flowsheet_drawing(known, plant.flowsheet), _FLOWS, Direction.RIGHT),
+            _drawing(flowsheet_drawing(plant), _FLOWS, Direction.RIGHT),
             element("h3", "Equipment"),
             instruments.equipment(known),
             instruments.loops(known),

@@ -324,6 +324,15 @@ class FigureTable(Table):
         return self
 
 
+class DrawingTable(Table):
+    """``[drawing]``: what somebody who looked at the flowsheet's drawing would have otherwise."""
+
+    later: dict[Name, Annotated[int, within(1, 20, "layers", "a drawing has some ten")]] = {}
+    """Process operator or flow -> by how many layers it stands further on, and whatever follows it."""
+    order: Annotated[list[Name], Len(0, 200)] = []
+    """Process operators and flows in the order in which they stand, from the top, wherever they share a layer."""
+
+
 class Settings(Table):
     """The whole file."""
 
@@ -355,6 +364,8 @@ class Settings(Table):
     """How sure a release must be that no hard limit is violated."""
     link: LinkTable = LinkTable()
     """What the plant's control system needs."""
+    drawing: DrawingTable = DrawingTable()
+    """How the flowsheet is drawn."""
     figure: list[FigureTable] | None = None
     """Panels of a run's figure; where there is none, see `homeostat.plants.settings.defaults`."""
 
