@@ -31,7 +31,6 @@ def explained(bench: Bench) -> Iterator[Finding]:
     if not every:
         return
     variable, fit, at_s = max(every, key=lambda each: each[1].unexplained)
-    variable, fit, at_s = worst
     lead_s = bench.plant.twin.lead_s
     tag = next(s.tag.name for s in bench.plant.description.signals if s.variable == variable)
     what = (
