@@ -31,8 +31,7 @@ from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.forecast import Ensemble, Forecast, Past, after, follow, forecast, synchronise
 from homeostat.twin.history import History, Window
 from homeostat.twin.isolation.ended import STRETCHES, Ended
-from homeostat.twin.isolation.evidence import Accuracy
-from homeostat.twin.isolation.evidence import Fit
+from homeostat.twin.isolation.evidence import Accuracy, Fit
 from homeostat.twin.isolation.isolation import FaultIsolation, Question
 from homeostat.twin.separation import separation
 from homeostat.twin.settings import TwinSettings

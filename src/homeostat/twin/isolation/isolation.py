@@ -198,7 +198,10 @@ class FaultIsolation:
         return not fit.strained and bool(np.all(nats[1:] <= nats[0] + 1.0))
 
     def nothing(self, window: Window, posterior: Posterior) -> dict[str, Fit]:
-        """How well nothing being wrong explains each variable; ProcessError where the model leaves the physical world."""
+        """How well nothing being wrong explains each variable.
+
+        ProcessError where the model leaves the physical world.
+        """
         evidence = Evidence(self._model, self._carrier, window, posterior, self._accuracy)
         return evidence.fits(evidence.losses(evidence.residuals([()]))[1][0])
 
