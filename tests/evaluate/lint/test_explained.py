@@ -1,4 +1,4 @@
-"""What is very sensitive to what was commanded is followed with the plant's own controllers only, and the check says so."""
+"""What is very sensitive to what was commanded is followed with the plant's own controllers, and the check says so."""
 
 from __future__ import annotations
 

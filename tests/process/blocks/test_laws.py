@@ -170,9 +170,9 @@ def test_a_concentration_may_be_negative_where_it_is_said_to() -> None:
         net = b.holds("net", "mmol/L", least=least)
         b.feed(s.disturbance("F_in"), net="net_in")
         s.sensor("N1", net)
-        return float(
-            run(composed(s, {"F_in": 0.2, "net_in": -5.0}, ()), {"F_in": 0.2, "net_in": -5.0}, {}, 50)[1]["N1"][-1]
-        )
+        stated = {"F_in": 0.2, "net_in": -5.0}
+        made = composed(s, stated)
+        return float(run(made, stated, commanded(made), 50)[1]["B1_net"][-1])
 
     assert mixed(0.0) == 0.0
     assert mixed(None) == pytest.approx(-2.5, rel=1e-3), "10 L of nothing and 10 L of -5 mmol/L"
