@@ -31,7 +31,7 @@ from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.forecast import Ensemble, Forecast, Past, after, follow, forecast, synchronise
 from homeostat.twin.history import History, Window
 from homeostat.twin.isolation.ended import STRETCHES, Ended
-from homeostat.twin.isolation.evidence import Accuracy
+from homeostat.twin.isolation.evidence import Accuracy, Fit
 from homeostat.twin.isolation.isolation import FaultIsolation, Question
 from homeostat.twin.separation import separation
 from homeostat.twin.settings import TwinSettings
@@ -161,6 +161,13 @@ class Twin:
         window, recent = self._last(seconds), self._last(min(settings.recent_s, seconds))
         question = Question(candidates, tuple(known), dense, since_s, before, news)
         return self._isolation.explain(question, window, recent, self._posterior)
+
+    def nothing(self, seconds: float) -> dict[str, Fit]:
+        """How well nothing being wrong explains what each variable showed in the last ``seconds`` [s].
+
+        ProcessError where the model leaves the physical world.
+        """
+        return self._isolation.nothing(self._last(seconds), self._posterior)
 
     def ended(self, known: Sequence[tuple[FaultState, ...]], from_s: float = -np.inf) -> Ended | None:
         """That all that was ``known`` is over, where it is; None where it is not, or nobody can tell.

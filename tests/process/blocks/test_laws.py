@@ -161,3 +161,18 @@ def test_a_true_plant_that_takes_something_away_is_refused(model: ComposedModel)
     s.sensor("L1", Vessel(s, "B1", "L", 1.0).volume)
     with pytest.raises(FlowsheetError, match="take nothing away"):
         TrueFlowsheet(s, DEPARTURES).behind(model)
+
+
+def test_a_concentration_may_be_negative_where_it_is_said_to() -> None:
+    def mixed(least: float | None) -> float:
+        s = Flowsheet()
+        b = Vessel(s, "B1", "L", 10.0)
+        net = b.holds("net", "mmol/L", least=least)
+        b.feed(s.disturbance("F_in"), net="net_in")
+        s.sensor("N1", net)
+        stated = {"F_in": 0.2, "net_in": -5.0}
+        made = composed(s, stated)
+        return float(run(made, stated, commanded(made), 50)[1]["B1_net"][-1])
+
+    assert mixed(0.0) == 0.0
+    assert mixed(None) == pytest.approx(-2.5, rel=1e-3), "10 L of nothing and 10 L of -5 mmol/L"

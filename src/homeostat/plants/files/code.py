@@ -26,6 +26,8 @@ from homeostat.plants.files.folder import SETTINGS, PlantFiles
 _PACKAGE: Final = "__init__.py"
 _TRUE: Final = "true/"
 _HIDES: Final = "true.py"
+_OF_A_TEXT: Final = ("'str'", "can't multiply sequence", "concatenate str")
+"""What Python says of arithmetic with a text."""
 
 
 class _Source(NamedTuple):
@@ -60,12 +62,19 @@ def import_own(files: PlantFiles, module: str) -> ModuleType:
     except KeyboardInterrupt:
         raise
     except BaseException as broken:  # it is anybody's code
-        raise PlantError(f"{files.folder.name}/{SETTINGS}: {told(files, broken)}; mend it") from None
+        raise PlantError(f"{files.folder.name}/{SETTINGS}: {told(files, broken)}; {remedy(broken)}") from None
 
 
 def told(files: PlantFiles, broken: BaseException) -> str:
     """What went wrong in the plant's own code, and where, in one line."""
     return f"{_place(files, broken)}{_said(broken)}"
+
+
+def remedy(broken: BaseException) -> str:
+    """What to do about it: Python takes a symbol for a text where no term stands beside it."""
+    if isinstance(broken, TypeError) and any(word in str(broken) for word in _OF_A_TEXT):
+        return 'write term("SYMBOL") where a symbol meets a number or another symbol, as in term("cp") / 1000'
+    return "mend it"
 
 
 def _package(files: PlantFiles) -> str:

@@ -72,12 +72,20 @@ class Vessel:
         self._sheet.rate(self.temperature, self._temperature_rate)
         return self.temperature
 
-    def holds(self, species: str, unit: str, start: Operand = 0.0, usual: Operand | None = None) -> Term:
+    def holds(
+        self,
+        species: str,
+        unit: str,
+        start: Operand = 0.0,
+        usual: Operand | None = None,
+        least: float | None = 0.0,
+    ) -> Term:
         """Keep account of a concentration [``unit``], ``NAME_SPECIES``.
 
-        ``usual``: what it is taken to be where a plant is found running and no instrument tells.
+        ``usual``: what it is taken to be where a plant is found running and no instrument tells. ``least``: what it
+        cannot fall below; None for what may be negative, as the net charge of water that is acid.
         """
-        made = self._sheet.state(self._column(species), unit, start, least=0.0, usual=usual)
+        made = self._sheet.state(self._column(species), unit, start, least=least, usual=usual)
         self._reacting[species] = []
         self._sheet.rate(made, lambda: self._species_rate(species, made))
         return made

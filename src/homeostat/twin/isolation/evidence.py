@@ -195,13 +195,12 @@ class Evidence:
         A single wild reading is no reason to doubt it. Blocks are counted from the last reading back, so
         that what has just begun is in one of them.
         """
-        ticks, variables = self.shape
-        length = min(BLOCK, ticks)
-        count = ticks // length
-        squares = _without_wild(np.square(left.reshape(ticks, variables)))
-        blocks = squares[ticks - count * length :].reshape(count, length, variables).mean(axis=1)
-        excess = np.maximum(blocks - USUAL_BLOCK, 0.0).sum() * length
-        return Fit(float(squares.mean()), float(blocks.max()), float(0.5 * excess / TEMPER))
+        return _fit(_without_wild(np.square(left.reshape(self.shape))))
+
+    def fits(self, left: Vec) -> dict[str, Fit]:
+        """The same of each variable by itself."""
+        squares = _without_wild(np.square(left.reshape(self.shape)))
+        return {v: _fit(squares[:, j : j + 1]) for j, v in enumerate(self.variables)}
 
     def _nuisance_directions(self, known: FaultSet, constant: Vec, accuracy: Accuracy) -> Table:
         """Directions in which readings may differ although nothing new is wrong, shape (readings, k), in spreads.
@@ -250,6 +249,16 @@ class Evidence:
                 confirmed = float(np.clip(away @ seen / max(float(away @ away), 1e-300), 0.0, 1.0))
                 change[j, :, j] = gain * confirmed * away
         return self.whiten(change)
+
+
+def _fit(squares: Table) -> Fit:
+    """How well what leaves these ``squares`` fits, shape (ticks, variables)."""
+    ticks, variables = squares.shape
+    length = min(BLOCK, ticks)
+    count = ticks // length
+    blocks = squares[ticks - count * length :].reshape(count, length, variables).mean(axis=1)
+    excess = np.maximum(blocks - USUAL_BLOCK, 0.0).sum() * length
+    return Fit(float(squares.mean()), float(blocks.max()), float(0.5 * excess / TEMPER))
 
 
 def _each_by_itself(change: Cube) -> Cube:

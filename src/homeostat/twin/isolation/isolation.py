@@ -197,6 +197,14 @@ class FaultIsolation:
         fit = _fit(evidence, Scored(faults, float(nats[0])))
         return not fit.strained and bool(np.all(nats[1:] <= nats[0] + 1.0))
 
+    def nothing(self, window: Window, posterior: Posterior) -> dict[str, Fit]:
+        """How well nothing being wrong explains each variable.
+
+        ProcessError where the model leaves the physical world.
+        """
+        evidence = Evidence(self._model, self._carrier, window, posterior, self._accuracy)
+        return evidence.fits(evidence.losses(evidence.residuals([()]))[1][0])
+
     def ended(self, known: Sequence[FaultSet], windows: Iterable[Window], posterior: Posterior) -> Ended | None:
         """That all that was ``known`` is over, where it is; None where it is not, or nobody can tell.
 

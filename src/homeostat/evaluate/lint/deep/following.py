@@ -1,6 +1,7 @@
 """Can a twin follow the plant with this model: estimates, replays of what was commanded, and control that resumes?
 
-All of it on the plant's own fault-free course without noise, where a model that is right is right exactly.
+All of it on the plant's own fault-free course without noise, where a model that is right is right exactly; then, with
+noise and parameters of their own, plants that are no mistake and must not be taken for one.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 from homeostat.domain.plant.description import Relation
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.contract import of_model
+from homeostat.evaluate.lint.deep.explained import explained
 from homeostat.evaluate.lint.finding import Finding, amount
 from homeostat.process.batch import Batch, simulate
 from homeostat.process.types import Table, Vec
@@ -55,6 +57,8 @@ def following(bench: Bench) -> Iterator[Finding]:
         if key not in seen:
             seen.add(key)
             yield finding
+    if not seen:
+        yield from explained(bench)
 
 
 def _findings(bench: Bench) -> Iterator[Finding]:
