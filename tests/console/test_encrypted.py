@@ -62,7 +62,7 @@ def test_with_a_certificate_everything_is_encrypted(recovered_run: Path, certifi
         assert ask("POST", "/api/session", proof, Origin=origin.replace("https", "http"), **sent)[0] == 403
         status, headers = ask("POST", "/api/session", proof, Origin=origin, **sent)
         cookie = headers["set-cookie"]
-        assert status == 200 and cookie.startswith("__Host-homeostat=") and "Secure" in cookie
+        assert status == 200 and cookie.startswith(f"__Host-homeostat-{server.port}=") and "Secure" in cookie
         assert ask("GET", "/api/run", Cookie=cookie.partition(";")[0])[0] == 200
 
 

@@ -59,8 +59,9 @@ def test_a_file_that_is_none_lets_nobody_in(tmp_path: Path, content: bytes) -> N
     path = tmp_path / "people.json"
     path.write_bytes(content)
     path.chmod(0o600)
-    with pytest.raises(AccountsError, match="is no file of accounts"):
+    with pytest.raises(AccountsError, match=r"is no file of accounts: \w") as refusal:
         Accounts(path)
+    assert ": :" not in str(refusal.value)
 
 
 def test_names_that_look_the_same_are_the_same(tmp_path: Path) -> None:
