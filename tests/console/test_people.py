@@ -146,28 +146,27 @@ def test_after_some_failures_each_try_waits_longer_and_none_forever() -> None:
 
 
 @pytest.mark.parametrize("rest_s", [0.0, 60.0, 900.0, 1800.0])
-def test_an_hour_has_room_for_a_hundred_guesses_and_a_week_of_guessing_locks_nobody_out(rest_s: float) -> None:
+def test_an_hour_has_room_for_a_hundred_guesses_at_one_account_and_of_others_for_all(rest_s: float) -> None:
     clock, made = Clock(), list[float]()
     guesses = Guesses(clock)
     home = Guess("Ada", "192.0.2.1")
     guesses.failed(home)
     guesses.succeeded(home)
-    attackers = [Guess("ADA ", f"198.51.100.{k}") for k in range(40)]
+    attackers = [Guess("ADA ", f"198.51.100.{k}") for k in range(12)]
     attackers += [home, Guess("ada", home.address, signed_in=True)]
     asleep = dict.fromkeys(attackers, 0.0)
-    while clock.now < 1000.0 + 7 * 3600.0:  # everybody at once, at the first moment that is allowed, or after rests
+    while clock.now < 1000.0 + 3 * 3600.0:  # everybody at once, at the first moment that is allowed, or after rests
         for guess in attackers:
             while guesses.wait_s(guess) == 0.0 and clock.now >= asleep[guess]:
                 guesses.failed(guess)
                 made.append(clock.now)
             if guesses.wait_s(guess) > 30.0 and asleep[guess] <= clock.now:
                 asleep[guess] = clock.now + rest_s
-        clock.now += 5.0
+        clock.now += 10.0
     most = max(sum(at <= other < at + 3600.0 for other in made) for at in made[:: max(1, len(made) // 200)])
-    assert 60 <= most <= 100
-    assert (
-        guesses.wait_s(Guess("Bo", home.address, signed_in=True)) == 0.0 == guesses.wait_s(Guess("Bo", "203.0.113.9"))
-    )
+    assert most <= 100 and (rest_s > 0.0 or most >= 80)
+    for another in (Guess("Bo", home.address, signed_in=True), Guess("Bo", "203.0.113.9")):
+        assert guesses.wait_s(another) == 0.0
 
 
 def test_who_guesses_without_a_session_keeps_nobody_from_the_plant(tmp_path: Path) -> None:
@@ -175,7 +174,7 @@ def test_who_guesses_without_a_session_keeps_nobody_from_the_plant(tmp_path: Pat
     known = Accounts(accounts(tmp_path / "people.json", Bo="operator"))
     people = People(known, Sessions(clock), Guesses(clock), log=lambda text: None)
     bo, right, guessed = people.sign_in("Bo", PASSWORD.format("Bo"), "192.0.2.1")[1], PASSWORD.format("Bo"), 0
-    for second in range(600):
+    for second in range(300):
         for _ in range(3):  # an outsider at one other address
             with pytest.raises(Unproven) as refusal:
                 people.sign_in("bo", "a wrong password", "198.51.100.7")
@@ -185,7 +184,7 @@ def test_who_guesses_without_a_session_keeps_nobody_from_the_plant(tmp_path: Pat
             for address in ("192.0.2.1", "203.0.113.9"):  # where he was, and where he never was
                 assert people.sign_in("Bo", right, address)[1].person.name == "Bo"
         clock.now += 1.0
-    assert 10 <= guessed <= 15
+    assert 10 <= guessed <= 14
     for k in range(40):  # many others
         with pytest.raises(Unproven):
             people.sign_in("bo", "a wrong password", f"198.51.100.{k}")
