@@ -11,6 +11,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from homeostat.console.people.people import People
 from homeostat.console.people.sessions import Session
+from homeostat.console.server.door import Door
 from homeostat.console.text import to_json
 
 _COOKIE: Final = "homeostat"
@@ -63,6 +64,9 @@ class Admission:
             await Response(to_json({"error": text}), status, media_type="application/json")(scope, receive, send)
             return
         scope["homeostat.session"] = session
+        door: Door | None = getattr(scope["app"].state, "door", None)
+        if door is not None and request.client is not None and (people is None or session is not None):
+            door.know(tuple(request.client), "" if session is None else session.person.name)
         await self._app(scope, receive, send)
 
     def _objection(self, request: Request, session: Session | None) -> tuple[str, int] | None:

@@ -6,7 +6,7 @@ import time
 from collections.abc import AsyncIterator
 from typing import Final, final
 
-from starlette.concurrency import run_in_threadpool
+from anyio import CapacityLimiter, to_thread
 
 from homeostat.console.opened import OpenedRun
 from homeostat.console.text import to_json
@@ -16,6 +16,7 @@ SLOWEST: Final = 0.1
 """Least speed, in process seconds per second [1]."""
 FASTEST: Final = 10_000.0
 """Greatest speed [1]."""
+_AT_ONCE: Final = 2
 _FRAME_S: Final = 0.2
 """Time between two moments [s]."""
 _LOOK_S: Final = 1.0
@@ -32,6 +33,7 @@ class Moments:
         """Nobody looks yet; once the server is ``ending``, nobody is told anything more."""
         self._run, self._ending = run, ending
         self._looked = time.monotonic()
+        self._making = CapacityLimiter(_AT_ONCE)
         self._made: dict[tuple[float, int, bool, int], str] = {}
 
     async def play(self, at_s: float, speed: float) -> AsyncIterator[str]:
@@ -63,12 +65,12 @@ class Moments:
     async def _look(self, now: float) -> None:
         if not self._run.closed and now - self._looked >= _LOOK_S:
             self._looked = now
-            await run_in_threadpool(self._run.refresh)
+            await to_thread.run_sync(self._run.refresh, limiter=self._making)
 
     async def _moment(self, at_s: float, count: int, whole: bool) -> str:
         name = at_s, count, whole, int(time.monotonic() / _BEAT_S)
         if name not in self._made:
-            made = await run_in_threadpool(lambda: to_json(seen(self._run, at_s, whole)))
+            made = await to_thread.run_sync(lambda: to_json(seen(self._run, at_s, whole)), limiter=self._making)
             while len(self._made) >= 8:
                 self._made.pop(next(iter(self._made)), None)
             self._made[name] = made
