@@ -85,7 +85,7 @@ def test_two_consoles_of_one_host_leave_each_others_sessions_alone(
 ) -> None:
     people = accounts(tmp_path / "people.json", Ada="engineer")
     with served(recovered_run, "--people", str(people)) as other:
-        jar = SimpleCookie[str]()  # a browser has one for the host: ports are nothing to it
+        jar = SimpleCookie()  # a browser has one for the host: ports are nothing to it
         for server in (desk, other):
             answer = Browser(server).sign_in("Ada")
             jar.load(answer.headers["set-cookie"])

@@ -66,7 +66,7 @@ class Admission:
         scope["homeostat.session"] = session
         door: Door | None = getattr(scope["app"].state, "door", None)
         if door is not None and request.client is not None and (people is None or session is not None):
-            door.know(tuple(request.client), "" if session is None else session.person.name)
+            door.know((request.client.host, request.client.port), "" if session is None else session.person.name)
         await self._app(scope, receive, send)
 
     def _objection(self, request: Request, session: Session | None) -> tuple[str, int] | None:

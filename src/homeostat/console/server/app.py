@@ -90,12 +90,8 @@ def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
     """The answers to everything that may be asked of ``run``; nothing is written but what ``serving`` lets order."""
     ending = threading.Event()
     lanes = Lanes()
-    answers = _Answers(
-        run,
-        lanes,
-        Moments(run, ending),
-        (serving.beside is not None, "" if serving.model is None else serving.model.name),
-    )
+    extras = serving.beside is not None, "" if serving.model is None else serving.model.name
+    answers = _Answers(run, lanes, Moments(run, ending), extras)
     orders = None if serving.give is None else Orders(run, serving.give)
     desk = Desk(serving.people, orders, serving.secure, serving.sign_on)
     routes = [Route(path, _file(*content), methods=["GET"]) for path, content in _PAGE.items()]
@@ -196,10 +192,8 @@ class _Answers:
         readings = self._run.readings
         if readings is not None and (self._evidence is None or self._evidence.last_s < readings.last_s):
             self._evidence = Evidence(self._run.plant, readings)
-        asked = span(request, self._run)
-        found = (
-            None if self._evidence is None else await self._lanes.make(request, self._evidence.feature, name, *asked)
-        )
+        asked, evidence = span(request, self._run), self._evidence
+        found = None if evidence is None else await self._lanes.make(request, evidence.feature, name, *asked)
         if found is None:
             raise AskedWrong(f"no feature {name[:80]!r} can be drawn for this run")
         return json_answer(found)

@@ -37,10 +37,8 @@ def json_answer(value: object, status: int = 200) -> Response:
 
 def csv_answer(content: str | AsyncIterator[str], name: str) -> Response:
     """``content``, or its pieces as they are made, as a file called ``name``."""
-    kind = "text/csv; charset=utf-8"
-    answer = (
-        Response(content, media_type=kind) if isinstance(content, str) else StreamingResponse(content, 200, None, kind)
-    )
+    answered: type[Response] = Response if isinstance(content, str) else StreamingResponse
+    answer = answered(content, media_type="text/csv; charset=utf-8")
     answer.headers["Content-Disposition"] = f'attachment; filename="{name}"'
     return answer
 

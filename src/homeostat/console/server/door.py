@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import errno
 import logging
 import os
@@ -92,10 +93,8 @@ class Door(socket.socket):
         host = next(host for host, _ in many if host in hosts)
         first = next(client for client in strange if client[0] == host)
         line = self._held.pop(first)
-        try:
+        with contextlib.suppress(OSError):  # it may be over already
             line.shutdown(socket.SHUT_RDWR)  # who reads or writes it learns that it is over, and closes it
-        except OSError:
-            pass  # it is over already
         return True
 
     def _gone(self, client: tuple[str, int], line: _Line) -> None:
@@ -107,15 +106,10 @@ class Door(socket.socket):
         """Close a connection that waits, where no file can be opened for it: it would wait, and be told of, forever."""
         os.close(self._spare)
         self._spare = -1
-        try:
+        with contextlib.suppress(OSError):  # it may be gone, or others have opened a file meanwhile
             super().accept()[0].close()
-        except OSError:
-            pass  # it is gone, or others have opened the file
-        finally:
-            try:
-                self._spare = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
-            except OSError:
-                self._spare = -1
+        with contextlib.suppress(OSError):
+            self._spare = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
 
 
 @final

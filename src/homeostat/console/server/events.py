@@ -17,7 +17,7 @@ from homeostat.console.events.lines import Verified, journal_page, verified
 from homeostat.console.opened import OpenedRun
 from homeostat.console.readings import Readings
 from homeostat.console.server.asked import csv_answer, json_answer, measured, number, span
-from homeostat.console.server.lanes import Lanes
+from homeostat.console.server.lanes import Gone, Lanes
 from homeostat.journal.beside.files import JOURNAL
 
 _WORDS = 200
@@ -71,8 +71,11 @@ class Events:
         async def pieces() -> AsyncIterator[str]:  # each is made once the one before was taken
             yield _csv([("time_s", *(cell(tag) for tag in tags))])
             for begin in range(part.start, part.stop, _ROWS):
-                piece = slice(begin, min(begin + _ROWS, part.stop))
-                yield await self._lanes.make(request, lambda piece=piece: _csv(_rows(readings, tags, piece)))
+                rows = _rows(readings, tags, slice(begin, min(begin + _ROWS, part.stop)))
+                try:
+                    yield await self._lanes.make(request, _csv, rows)
+                except Gone:
+                    return
 
         return csv_answer(pieces(), "readings.csv")
 
