@@ -6,7 +6,6 @@ import asyncio
 import math
 from typing import TYPE_CHECKING, Final, TypeVar, final
 
-from anyio import CapacityLimiter, to_thread
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect, Request
@@ -51,7 +50,7 @@ class Desk:
         ``sign_on`` knows people, too, where there is one.
         """
         self._people, self._orders, self._secure, self._sign_on = people, orders, secure, sign_on
-        self._entering = CapacityLimiter(1)  # the other check of a password at once is of who is signed in
+        self._entering = asyncio.Lock()  # the other check of a password at once is of who is signed in
 
     def routes(self) -> list[Route]:
         """What is answered here."""
@@ -75,7 +74,8 @@ class Desk:
         given = await body(request, _SigningIn)
         try:
             proof = given.name, given.password, _address(request), given.code
-            token, session = await to_thread.run_sync(self._people.sign_in, *proof, limiter=self._entering)
+            async with self._entering:
+                token, session = await run_in_threadpool(self._people.sign_in, *proof)
         except Unproven as unproven:
             return _unproven(unproven)
         answer = json_answer(self._told(session))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from typing import Final, TypeVar, final
 from weakref import WeakValueDictionary
 
-from anyio import CapacityLimiter, to_thread
+from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 
 from homeostat.console.server.admission import session_of
@@ -28,15 +29,15 @@ class Lanes:
 
     def __init__(self) -> None:
         """Nothing is made yet."""
-        self._all = CapacityLimiter(AT_ONCE)
-        self._own: WeakValueDictionary[str, CapacityLimiter] = WeakValueDictionary()
+        self._all = asyncio.Semaphore(AT_ONCE)
+        self._own: WeakValueDictionary[str, asyncio.Semaphore] = WeakValueDictionary()
 
     async def make(self, request: Request, answer: Callable[..., T], *about: object) -> T:
         """``answer`` of ``about``, made in a thread; Gone where who has sent ``request`` does not wait for it."""
         session = session_of(request)
         name = "" if session is None else session.person.name
-        own = self._own.setdefault(name, CapacityLimiter(OF_ONE))
+        own = self._own.setdefault(name, asyncio.Semaphore(OF_ONE))
         async with own, self._all:
             if await request.is_disconnected():
                 raise Gone
-            return await to_thread.run_sync(answer, *about)
+            return await run_in_threadpool(answer, *about)

@@ -3,10 +3,10 @@
 import asyncio
 import threading
 import time
-from collections.abc import AsyncIterator
-from typing import Final, final
+from collections.abc import AsyncIterator, Callable
+from typing import Final, TypeVar, final
 
-from anyio import CapacityLimiter, to_thread
+from starlette.concurrency import run_in_threadpool
 
 from homeostat.console.opened import OpenedRun
 from homeostat.console.text import to_json
@@ -17,6 +17,7 @@ SLOWEST: Final = 0.1
 FASTEST: Final = 10_000.0
 """Greatest speed [1]."""
 _AT_ONCE: Final = 2
+T = TypeVar("T")
 _FRAME_S: Final = 0.2
 """Time between two moments [s]."""
 _LOOK_S: Final = 1.0
@@ -33,7 +34,7 @@ class Moments:
         """Nobody looks yet; once the server is ``ending``, nobody is told anything more."""
         self._run, self._ending = run, ending
         self._looked = time.monotonic()
-        self._making = CapacityLimiter(_AT_ONCE)
+        self._making = asyncio.Semaphore(_AT_ONCE)
         self._made: dict[tuple[float, int, bool, int], str] = {}
 
     async def play(self, at_s: float, speed: float) -> AsyncIterator[str]:
@@ -62,15 +63,19 @@ class Moments:
                 return
             await asyncio.sleep(_FRAME_S)
 
+    async def _threaded(self, make: Callable[[], T]) -> T:
+        async with self._making:
+            return await run_in_threadpool(make)
+
     async def _look(self, now: float) -> None:
         if not self._run.closed and now - self._looked >= _LOOK_S:
             self._looked = now
-            await to_thread.run_sync(self._run.refresh, limiter=self._making)
+            await self._threaded(self._run.refresh)
 
     async def _moment(self, at_s: float, count: int, whole: bool) -> str:
         name = at_s, count, whole, int(time.monotonic() / _BEAT_S)
         if name not in self._made:
-            made = await to_thread.run_sync(lambda: to_json(seen(self._run, at_s, whole)), limiter=self._making)
+            made = await self._threaded(lambda: to_json(seen(self._run, at_s, whole)))
             while len(self._made) >= 8:
                 self._made.pop(next(iter(self._made)), None)
             self._made[name] = made
