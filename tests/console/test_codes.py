@@ -14,9 +14,10 @@ pytest.importorskip("pyotp", reason="the extra 'console' is not installed")
 from homeostat.console.people.accounts import Access, Accounts, AccountsError, Asked
 from homeostat.console.people.changes import enrolled, required
 from homeostat.console.people.codes import DRIFT, STEP_S, Codes, CodesError, fresh
+from homeostat.console.people.guesses import Guesses
 from homeostat.console.people.people import WRONG_WITH_CODES, People, Unproven
 from homeostat.console.people.sessions import Sessions
-from homeostat.console.people.tries import FREE, Tries
+from homeostat.console.people.tries import FREE
 from tests.cli.command import COMMAND, environment, homeostat, refused
 from tests.console.served import PASSWORD, accounts, code_of
 
@@ -43,7 +44,7 @@ class Desk:
     def begun(self) -> People:
         """A console that begins, on the same accounts."""
         codes = Codes(self.path, self.clock)
-        return People(Accounts(self.path), Sessions(self.clock), Tries(self.clock), self.said.append, codes)
+        return People(Accounts(self.path), Sessions(self.clock), Guesses(self.clock), self.said.append, codes)
 
     def enter(self, name: str, code: str = "", password: str | None = None) -> str:
         """Sign in; the session's token."""

@@ -22,22 +22,31 @@ from tests.console.served import PASSWORD, accounts, served
 @pytest.fixture(scope="module")
 def certificate(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A certificate for 127.0.0.1 and console.example with its key, in one file."""
+    path = tmp_path_factory.mktemp("tls") / "console.pem"
+    path.touch(0o600)
     key = ec.generate_private_key(ec.SECP256R1())
+    path.write_bytes(made(key) + kept(key))
+    return path
+
+
+def made(key: ec.EllipticCurvePrivateKey, named: bool = True) -> bytes:
+    """A certificate of ``key``, with names or without any."""
     name, now = x509.Name([]), datetime.datetime.now(datetime.UTC)
     names = x509.SubjectAlternativeName(
         [x509.DNSName("console.example"), x509.IPAddress(ipaddress.ip_address("127.0.0.1"))]
     )
-    made = (
+    builder = (
         x509.CertificateBuilder().subject_name(name).issuer_name(name).public_key(key.public_key()).serial_number(1)
         .not_valid_before(now - datetime.timedelta(days=1)).not_valid_after(now + datetime.timedelta(days=1))
-        .add_extension(names, critical=True).sign(key, hashes.SHA256())
     )  # fmt: skip
-    pem = serialization.Encoding.PEM
-    path = tmp_path_factory.mktemp("tls") / "console.pem"
-    plain = key.private_bytes(pem, serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
-    path.touch(0o600)
-    path.write_bytes(made.public_bytes(pem) + plain)
-    return path
+    builder = builder.add_extension(names, critical=True) if named else builder
+    return builder.sign(key, hashes.SHA256()).public_bytes(serialization.Encoding.PEM)
+
+
+def kept(key: ec.EllipticCurvePrivateKey, passphrase: bytes | None = None) -> bytes:
+    """``key``, encrypted where there is a ``passphrase``."""
+    how = serialization.BestAvailableEncryption(passphrase) if passphrase else serialization.NoEncryption()
+    return key.private_bytes(serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, how)
 
 
 def test_with_a_certificate_everything_is_encrypted(recovered_run: Path, certificate: Path, tmp_path: Path) -> None:
@@ -62,7 +71,7 @@ def test_with_a_certificate_everything_is_encrypted(recovered_run: Path, certifi
         assert ask("POST", "/api/session", proof, Origin=origin.replace("https", "http"), **sent)[0] == 403
         status, headers = ask("POST", "/api/session", proof, Origin=origin, **sent)
         cookie = headers["set-cookie"]
-        assert status == 200 and cookie.startswith("__Host-homeostat=") and "Secure" in cookie
+        assert status == 200 and cookie.startswith(f"__Host-homeostat-{server.port}=") and "Secure" in cookie
         assert ask("GET", "/api/run", Cookie=cookie.partition(";")[0])[0] == 200
 
 
@@ -87,3 +96,26 @@ def test_what_would_let_strangers_in_is_refused_in_one_line(
         (tmp_path / name).write_bytes(certificate.read_bytes())
         (tmp_path / name).chmod(mode)
     refused(homeostat("console", str(recovered_run), "--no-browser", *options, cwd=tmp_path), words)
+
+
+def test_a_key_that_does_not_fit_is_told_with_its_file_and_what_to_do(recovered_run: Path, tmp_path: Path) -> None:
+    key, another = ec.generate_private_key(ec.SECP256R1()), ec.generate_private_key(ec.SECP256R1())
+    files = {
+        "cert.pem": made(key), "nameless.pem": made(key, named=False), "key.pem": kept(key),
+        "another.pem": kept(another), "secret.pem": kept(key, b"a passphrase"), "broken.pem": kept(key)[:90],
+    }  # fmt: skip
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+        (tmp_path / name).chmod(0o644 if name in ("cert.pem", "nameless.pem") else 0o600)
+
+    def told(certificate: str, key_file: str | None, *words: str) -> None:
+        options = ("--tls-certificate", certificate, *(("--tls-key", key_file) if key_file else ()))
+        done = homeostat("console", str(recovered_run), "--no-browser", "--port", "0", *options, cwd=tmp_path)
+        refused(done, *words)
+        assert "_ssl" not in done.err and "ExtensionOID" not in done.err and "ObjectIdentifier" not in done.err
+
+    told("cert.pem", "another.pem", "'another.pem'", "'cert.pem'", "is not that of the certificate", "--tls-key")
+    told("cert.pem", None, "'cert.pem' has no private key", "--tls-key")
+    told("cert.pem", "secret.pem", "'secret.pem' is encrypted", "openssl pkey")
+    told("nameless.pem", "key.pem", "'nameless.pem' has no names", "subjectAltName")
+    told("cert.pem", "broken.pem", "'broken.pem'", "'cert.pem'")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import gzip
 import json
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,8 @@ from homeostat.console.kept.record import kept_record
 from homeostat.console.opened import OpenedRun
 from homeostat.console.text import to_json
 from homeostat.console.view import seen
-from tests.cli.command import homeostat
+from homeostat.journal.beside.files import write_whole
+from tests.cli.command import homeostat, refused
 from tests.console.test_hostile import MARKUP, ODD, hostile_run
 
 
@@ -118,3 +120,18 @@ def test_a_pool_keeps_each_value_once() -> None:
     pool = Pool()
     assert pool.whole({"a": 1.0}) == pool.whole({"a": 1.0}) and len(pool.values) == 1
     assert pool.parts(None) is None
+
+
+def test_what_is_no_file_stays_and_a_link_is_followed(recovered_run: Path, tmp_path: Path) -> None:
+    pipe, page, link = tmp_path / "pipe", tmp_path / "page.html", tmp_path / "link.html"
+    os.mkfifo(pipe)
+    link.symlink_to(page)
+    for _ in range(2):  # it leads to nothing, then to a file
+        assert homeostat("export-console", str(recovered_run), "--out", str(link), "--force", cwd=tmp_path).status == 0
+        assert link.is_symlink() and content(page.read_text("utf-8"))["run"]
+    refused(homeostat("export-console", str(recovered_run), "--out", str(link), cwd=tmp_path), "is there already")
+    refused(homeostat("export-console", str(recovered_run), "--out", str(pipe), "--force", cwd=tmp_path), "is no file")
+    assert pipe.is_fifo()
+    with pytest.raises(FileExistsError, match="no file"):
+        write_whole(pipe, b"")
+    assert pipe.is_fifo() and sorted(p.name for p in tmp_path.iterdir()) == ["link.html", "page.html", "pipe"]

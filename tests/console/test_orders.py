@@ -6,6 +6,7 @@ import functools
 import time
 import uuid
 from collections.abc import Callable, Iterator
+from http.cookies import SimpleCookie
 from pathlib import Path
 from typing import Any
 
@@ -64,7 +65,7 @@ def waits(attended: Attended) -> tuple[str, str]:
 def test_without_a_session_nothing_is_shown(desk: Served) -> None:
     for path in ("/api/run", "/api/moment", "/api/stream", "/api/trend?tag=T"):
         assert desk.ask(path).status == 401
-        assert desk.ask(path, Cookie="homeostat=forged").status == 401
+        assert desk.ask(path, Cookie=f"homeostat-{desk.port}=forged").status == 401
     nobody = {"name": None, "access": None, "token": None}
     page = {"people": True, "codes": False, "orders": True, "sign_on": None, "by_sign_on": False}
     assert desk.ask("/api/me").json == page | nobody
@@ -79,6 +80,23 @@ def test_a_cookie_is_out_of_reach_of_scripts_and_other_sites(desk: Served) -> No
     assert cookie.partition(";")[0] != by(desk, "Ada").cookie
 
 
+def test_two_consoles_of_one_host_leave_each_others_sessions_alone(
+    desk: Served, recovered_run: Path, tmp_path: Path
+) -> None:
+    people = accounts(tmp_path / "people.json", Ada="engineer")
+    with served(recovered_run, "--people", str(people)) as other:
+        jar = SimpleCookie()  # a browser has one for the host: ports are nothing to it
+        for server in (desk, other):
+            answer = Browser(server).sign_in("Ada")
+            jar.load(answer.headers["set-cookie"])
+        sent = "; ".join(f"{name}={morsel.value}" for name, morsel in jar.items())
+        assert [server.ask("/api/me", Cookie=sent).json["name"] for server in (desk, other)] == ["Ada", "Ada"]
+        forwarded = {"Host": "127.0.0.1:9000", "Origin": "http://127.0.0.1:9000", "Content-Type": "application/json"}
+        proof = f'{{"name": "Ada", "password": "{PASSWORD.format("Ada")}"}}'.encode()
+        kept = other.ask("/api/session", "POST", proof, **forwarded).headers["set-cookie"]
+        assert kept.startswith("homeostat-9000="), "a tunnel's port is the one that the browser knows"
+
+
 def test_a_failed_sign_in_says_the_same_of_everybody(desk: Served) -> None:
     answers = [Browser(desk).sign_in(name, "not the password") for name in ("Ada", "Zoe", "' or 1=1 --")]
     assert {(a.status, a.body) for a in answers} == {(403, answers[0].body)} and b"password" in answers[0].body
@@ -90,7 +108,7 @@ def test_a_failed_sign_in_says_the_same_of_everybody(desk: Served) -> None:
         ({"Origin": "http://evil.example"}, 403), ({"Origin": ""}, 403), ({"Origin": "null"}, 403),
         ({"X_Homeostat_Token": ""}, 403), ({"X_Homeostat_Token": "guessed"}, 403), ({"X_Homeostat_Token": "é"}, 403),
         ({"Content_Type": "text/plain"}, 415), ({"Content_Type": "application/x-www-form-urlencoded"}, 415),
-        ({"Cookie": ""}, 401), ({"Cookie": "homeostat=" + "A" * 43}, 401),
+        ({"Cookie": ""}, 401), ({"Cookie": "homeostat-PORT=" + "A" * 43}, 401),
     ],
 )  # fmt: skip
 def test_an_order_that_another_page_sends_is_not_taken(
@@ -98,7 +116,7 @@ def test_an_order_that_another_page_sends_is_not_taken(
 ) -> None:
     browser, before = by(desk, "Ada"), heard(attended)
     content = {"id": str(uuid.uuid4()), "verb": "mode", "subject": "observe", "password": PASSWORD.format("Ada")}
-    headers = {name: text.encode().decode("latin-1") for name, text in changed.items()}
+    headers = {name: text.replace("PORT", str(desk.port)).encode().decode("latin-1") for name, text in changed.items()}
     assert browser.send("/api/order", content, **headers).status == status
     assert heard(attended) == before
 
@@ -150,6 +168,9 @@ def test_only_what_was_shown_is_approved_and_once(attended: Attended, desk: Serv
     first = bo.send("/api/order", content)
     assert first.json == {"done": True, "reason": "seen", "counts": False}
     assert bo.send("/api/order", content).json == first.json, "whoever lost the answer gets it again"
+    for other in ({"reason": "another"}, {"reason": ""}, {"digest": "0" * 64}, {"verb": "reject"}, {"seconds": 9.0}):
+        answer = bo.send("/api/order", {**content, **other})
+        assert answer.status == 409 and "another order" in answer.json["error"], "it was not this that was ordered"
     stranger = cem.send("/api/order", {**content, "password": PASSWORD.format("Cem")})
     assert stranger.status == 409, "it is nobody else's"
     until(lambda: len(attended.sent) > sent)
@@ -157,6 +178,23 @@ def test_only_what_was_shown_is_approved_and_once(attended: Attended, desk: Serv
     assert len(attended.sent) == sent + 1
     said = [h for h in heard(attended) if h["subject"] == request]
     assert [(h["verb"], h["done"], h["reason"]) for h in said] == [("approve", True, "seen")]
+
+
+def test_an_identifier_is_of_one_order_also_after_a_restart(attended: Attended, tmp_path: Path) -> None:
+    people = accounts(tmp_path / "people.json", Bo="operator")
+    content = {"id": str(uuid.uuid4()), "verb": "note", "subject": "", "reason": "seen"}
+    refused = {"id": str(uuid.uuid4()), "verb": "shelve", "subject": "no such alarm", "reason": "late", "seconds": 60.0}
+    for again in (False, True):
+        with served(attended.directory, "--people", str(people)) as desk:
+            bo = by(desk, "Bo")
+            assert bo.send("/api/order", content).json == {"done": True, "reason": "seen", "counts": False}
+            first = bo.send("/api/order", refused)
+            assert first.status == 200 and not first.json["done"]
+            assert bo.send("/api/order", refused).json == first.json
+            answer = bo.send("/api/order", {**content, "reason": "heard"})
+            assert answer.status == 409 and "another order" in answer.json["error"], again
+    mine = [h for h in heard(attended) if h["command"] in (content["id"], refused["id"])]
+    assert [(h["verb"], h["done"]) for h in mine] == [("note", True), ("shelve", False)]
 
 
 def test_a_rejection_needs_a_reason_and_ends_the_request(attended: Attended, desk: Served) -> None:

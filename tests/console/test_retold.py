@@ -35,7 +35,9 @@ def test_the_model_gets_the_facts_as_data_and_nothing_else() -> None:
     assert all(p.text.replace("»", ">") in question.prompt for p in TOLD)
 
 
-@pytest.mark.parametrize("answer", ["", "[]", "{}", '{"text": 3}', '{"text": " "}', "nonsense", '{"text": null}'])
+@pytest.mark.parametrize(
+    "answer", ["", "[]", "{}", '{"text": 3}', '{"text": " "}', "nonsense", '{"text": null}', "[" * 100_000]
+)
 def test_what_is_no_answer_is_said_in_one_line(answer: str) -> None:
     with pytest.raises(NotRetold):
         retold(answer)
@@ -48,7 +50,7 @@ def test_a_long_answer_is_cut_and_numbers_that_are_made_up_are_named() -> None:
     assert strange("1. Das Ventil", "no number") == ("1",)
 
 
-def test_a_model_that_fails_or_hangs_is_told_and_one_is_asked_at_a_time() -> None:
+def test_a_model_that_fails_or_hangs_is_told_and_one_is_asked_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(question: Question) -> str:
         raise ModelError(Failure.UNREACHABLE, "nobody is there")
 
@@ -56,6 +58,11 @@ def test_a_model_that_fails_or_hangs_is_told_and_one_is_asked_at_a_time() -> Non
         asyncio.run(Reteller(ScriptedModel("m", fails)).retell(TOLD, "de", 0.0))
     with pytest.raises(NotRetold, match="nothing to explain"):
         retold("{}", ())
+
+    monkeypatch.setattr("homeostat.console.card.retold.LONGEST_S", 0.05)
+    with pytest.raises(NotRetold, match=r"m does not answer: it takes longer than 0\.05 s$"):
+        asyncio.run(Reteller(ScriptedModel("m", fails, delay_s=60.0)).retell(TOLD, "de", 0.0))
+    monkeypatch.undo()
 
     async def both() -> None:
         slow = Reteller(ScriptedModel("m", lambda q: '{"text": "done"}', delay_s=0.2))

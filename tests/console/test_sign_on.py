@@ -91,7 +91,7 @@ def test_groups_of_the_provider_say_what_people_may_do(visitor: Visitor, desk: S
 def test_who_has_no_group_does_not_look(visitor: Visitor, desk: Served) -> None:
     answer = visitor.back(f"{desk.address}oidc/sign-in", "cook.jo")
     assert answer.status_code == 403 and "none of the groups" in answer.text
-    assert "set-cookie" not in answer.headers or "homeostat=" not in answer.headers["set-cookie"]
+    assert "set-cookie" not in answer.headers or f"homeostat-{desk.port}=" not in answer.headers["set-cookie"]
     assert me(visitor, desk)["name"] is None
 
 

@@ -3,6 +3,7 @@
 import argparse
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final, NoReturn, final
 
 ENDINGS: Final = "its ending says the format: .ttl, .nt, .jsonld, .rdf, .owl, .trig or .nq"
@@ -13,6 +14,18 @@ LEAST_DIGITS: Final = 8
 
 class UsageError(ValueError):
     """The command line asks for something that there is not; one line with the remedy."""
+
+
+def writable(path: Path, force: bool) -> Path:
+    """Where what is to be written to ``path`` goes: a link is followed; UsageError where it is there and not ``force``.
+
+    Something that is no file is never replaced.
+    """
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise UsageError(f"{str(path)!r} is no file, and is not replaced by one; name another one")
+    if path.exists() and not force:
+        raise UsageError(f"{str(path)!r} is there already; --force replaces it")
+    return path.resolve() if path.is_symlink() else path
 
 
 @final

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import ssl
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
@@ -80,9 +81,32 @@ def encrypted(options: argparse.Namespace) -> tuple[Tls | None, tuple[str, ...]]
         return None, HOSTS
     if options.address != LOOPBACK and options.people is None:
         raise UsageError(f"--address {options.address} needs --people: everybody who reaches it would be let in")
+    names = _names(certificate)
+    _check_key(certificate, key)
+    return Tls(certificate, key), names
+
+
+def _check_key(certificate: Path, key: Path) -> None:
+    """UsageError where ``key`` is not the private key of ``certificate``, for its owner alone and without a secret."""
+    if b"PRIVATE KEY-----" not in key.read_bytes():
+        raise UsageError(f"{str(key)!r} has no private key (PEM); name the file that has it with --tls-key")
     if key.stat().st_mode & 0o077:
         raise UsageError(f"{str(key)!r} has a private key and must be for its owner alone: chmod 600")
-    return Tls(certificate, key), _names(certificate)
+
+    def nobody() -> str:
+        raise UsageError(
+            f"the private key in {str(key)!r} is encrypted, and nobody is asked for its passphrase; "
+            "'openssl pkey -in FILE -out NEW' writes it without one"
+        )
+
+    try:
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(certificate, key, nobody)
+    except ssl.SSLError as error:
+        if error.reason == "KEY_VALUES_MISMATCH":
+            what = f"is not that of the certificate in {str(certificate)!r}; name the one that is with --tls-key"
+        else:
+            what = f"cannot be read, or is of no kind that goes with the certificate in {str(certificate)!r}"
+        raise UsageError(f"the private key in {str(key)!r} {what}") from error
 
 
 def _names(certificate: Path) -> tuple[str, ...]:
@@ -92,8 +116,13 @@ def _names(certificate: Path) -> tuple[str, ...]:
     try:
         found = x509.load_pem_x509_certificate(certificate.read_bytes())
         named = found.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
-    except (ValueError, x509.ExtensionNotFound) as error:
-        raise UsageError(f"{str(certificate)!r} is no certificate with names in it (PEM): {error}") from error
+    except ValueError as error:
+        raise UsageError(f"{str(certificate)!r} is no certificate (PEM): {error}") from error
+    except x509.ExtensionNotFound as error:
+        raise UsageError(
+            f"the certificate in {str(certificate)!r} has no names in it that the page could be asked for by; "
+            "make one with a subjectAltName"
+        ) from error
     addresses = [str(address) for address in named.get_values_for_type(x509.IPAddress)]
     return (*named.get_values_for_type(x509.DNSName), *(f"[{a}]" if ":" in a else a for a in addresses))
 

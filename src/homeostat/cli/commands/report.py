@@ -6,7 +6,7 @@ import re
 import sys
 from pathlib import Path
 
-from homeostat.cli.arguments import UsageError
+from homeostat.cli.arguments import UsageError, writable
 from homeostat.cli.recorded_plant import plant_of_run
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.quotation import printable
@@ -24,11 +24,10 @@ _UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
 def carry_out(options: argparse.Namespace) -> int:
     """Write the page and print where it is; 0."""
     run_dir = run_directory(options.run)
-    if options.out.exists() and not options.force:
-        raise UsageError(f"{str(options.out)!r} is there already; --force replaces it")
+    out = writable(options.out, options.force)
     facts = facts_of(read_events(run_dir), _seconds(options.last))
     followed = _followed(options, run_dir)
-    write_whole(options.out, page(facts, followed).encode())
+    write_whole(out, page(facts, followed).encode())
     counts = f"{len(facts.alarms)} alarms, {len(facts.diagnosed)} diagnoses, {len(facts.asked)} requests"
     print(printable(f"{options.out}: {counts} in {facts.length_s:.0f} s of process time"))
     return 0

@@ -71,8 +71,10 @@ class Reteller:
                 question = Question("explanation", at_s, _SYSTEM, prompt, _SCHEMA, digest)
                 async with asyncio.timeout(LONGEST_S):
                     reply = await self._model.ask(question, LONGEST_S)
-            except (ModelError, TimeoutError) as error:
-                raise NotRetold(f"{self._model.name} does not answer: {error or 'it takes too long'}") from error
+            except TimeoutError as error:  # one that the clock raises says nothing
+                raise NotRetold(f"{self._model.name} does not answer: it takes longer than {LONGEST_S:g} s") from error
+            except ModelError as error:
+                raise NotRetold(f"{self._model.name} does not answer: {error}") from error
         return Retold(text := _text(reply.answer), self._model.name, strange(text, facts))
 
 
@@ -94,7 +96,7 @@ def strange(text: str, facts: str) -> tuple[str, ...]:
 def _text(answer: str) -> str:
     try:
         text = json.loads(answer)["text"]
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:  # the last where it is nested deeply
         raise NotRetold("the model's answer is not what was asked for") from error
     if not isinstance(text, str) or not text.strip():
         raise NotRetold("the model has said nothing")

@@ -150,12 +150,13 @@ def _parsed(content: bytes, path: Path) -> Known:
     if len(content) > LARGEST:
         raise AccountsError(f"{str(path)!r} has more than {LARGEST} byte; it is no file of accounts")
     try:
-        said = AccountsFile.model_validate_json(content)
+        found = AccountsFile.model_validate_json(content)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         place = ".".join(map(str, first["loc"]))
-        raise AccountsError(f"{str(path)!r} is no file of accounts: {place}: {first['msg']}") from None
-    known = {folded(account.name): account for account in said.people}
-    if len(known) < len(said.people):
+        said = f"{place}: {first['msg']}" if place else str(first["msg"])  # what is no JSON is wrong at no place
+        raise AccountsError(f"{str(path)!r} is no file of accounts: {said}") from None
+    known = {folded(account.name): account for account in found.people}
+    if len(known) < len(found.people):
         raise AccountsError(f"{str(path)!r} has two accounts of one name; remove one")
-    return Known(known, said.second_factor)
+    return Known(known, found.second_factor)

@@ -51,7 +51,7 @@ class Codes:
     def __init__(self, accounts: Path, clock: Callable[[], float] = time.time) -> None:
         """``accounts`` is the file of accounts; ``clock`` tells seconds since 1970, as authenticators count them."""
         self._path, self._clock = accounts.with_name(f"{accounts.name}.codes"), clock
-        self._tries = Tries(longest_s=LONGEST_S, forgotten_s=FORGOTTEN_S)
+        self._tries = Tries(time.monotonic, LONGEST_S, FORGOTTEN_S)
 
     def check(self) -> None:
         """CodesError where it could not be kept which codes were used."""

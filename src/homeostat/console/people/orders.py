@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,12 +14,15 @@ from homeostat.console.opened import OpenedRun
 from homeostat.console.people.accounts import Person
 from homeostat.domain.events.people import PersonHeard
 from homeostat.domain.mode import PersonCommand, Verb
+from homeostat.guard.texts import LONGEST_NAME, brief
 
 Give = Callable[[PersonCommand], "Came"]
 """Gives an order to the guard and waits for its answer; NotGiven where there is none."""
 PROVEN: Final = frozenset(Verb) - {Verb.ACKNOWLEDGE, Verb.SHELVE, Verb.UNSHELVE, Verb.NOTE}
 """What is ordered with the password again."""
 _TEXT: Final = 500
+_REMEMBERED: Final = 1000
+_ANOTHER: Final = "the identifier is of another order, which was answered already; look at the journal, and order anew"
 
 
 class NotGiven(Exception):
@@ -72,14 +76,21 @@ class Orders:
         self._run, self._give = run, give
         self._lock = threading.Lock()
         self._going: set[str] = set()
+        self._given: dict[str, str] = {}
 
     def earlier(self, ordered: Ordered, person: Person) -> Came | None:
-        """What came of the order before, where the journal has it: a page that lost the answer asks again."""
+        """What came of the order before, where the journal has it: a page that lost the answer asks again.
+
+        Objection where it was another order that had its identifier.
+        """
         self._run.refresh()
         for entry in reversed(self._run.entries):
             event = entry.event
             if isinstance(event, PersonHeard) and event.command == ordered.id:
-                return Came(event.done, event.reason, event.missing > 0) if _is_of(event, ordered, person) else None
+                given = self._given.get(ordered.id)
+                if not _is_of(event, ordered, person) or given not in (None, _content(ordered, person)):
+                    raise Objection("changed", _ANOTHER)
+                return Came(event.done, event.reason, event.missing > 0)
         return None
 
     def check(self, ordered: Ordered, person: Person) -> None:
@@ -109,6 +120,7 @@ class Orders:
             if came is not None:
                 return came
             self.check(ordered, person)
+            self._remember(ordered, person)
             role = person.access.role
             assert role is not None
             about = ordered.subject, ordered.digest, ordered.reason
@@ -118,8 +130,23 @@ class Orders:
             with self._lock:
                 self._going.discard(ordered.id)
 
+    def _remember(self, ordered: Ordered, person: Person) -> None:
+        """Keep what is ordered: the journal has not all of it, and not the reason where it was refused."""
+        with self._lock:
+            while len(self._given) >= _REMEMBERED:
+                self._given.pop(next(iter(self._given)))
+            self._given[ordered.id] = _content(ordered, person)
+
 
 def _is_of(event: PersonHeard, ordered: Ordered, person: Person) -> bool:
-    """Whether ``event`` is of that order: a door adds the login to the name."""
+    """Whether ``event`` is of that order, as far as the journal tells: a door adds the login to the name."""
     named = event.person == person.name or event.person.startswith(f"{person.name} (login ")
-    return named and event.verb == ordered.verb.value and event.subject == ordered.subject
+    if not named or event.verb != ordered.verb.value or event.subject != brief(ordered.subject, LONGEST_NAME):
+        return False
+    return not event.done or event.reason == brief(ordered.reason)  # else it says why it was not carried out
+
+
+def _content(ordered: Ordered, person: Person) -> str:
+    """What tells two orders apart, in short."""
+    said = f"{person.name}\n{ordered.model_dump_json(exclude={'password'})}"
+    return hashlib.sha256(said.encode()).hexdigest()

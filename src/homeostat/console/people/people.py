@@ -8,9 +8,9 @@ from typing import Final, final
 
 from homeostat.console.people.accounts import Account, Accounts, AccountsError, Known, Person, folded
 from homeostat.console.people.codes import Codes, CodesError
+from homeostat.console.people.guesses import Guess, Guesses
 from homeostat.console.people.passwords import is_right
 from homeostat.console.people.sessions import Session, Sessions
-from homeostat.console.people.tries import Tries
 from homeostat.domain.quotation import printable
 
 WRONG: Final = "name and password do not belong together"
@@ -41,7 +41,7 @@ class People:
         self,
         accounts: Accounts,
         sessions: Sessions | None = None,
-        tries: Tries | None = None,
+        guesses: Guesses | None = None,
         log: Callable[[str], None] = tell,
         codes: Codes | None = None,
     ) -> None:
@@ -51,7 +51,7 @@ class People:
         could not keep which were used, and somebody has one.
         """
         self._accounts, self.log = accounts, log
-        self._sessions, self._tries = sessions or Sessions(), tries or Tries()
+        self._sessions, self._guesses = sessions or Sessions(), guesses or Guesses()
         self._codes = codes or Codes(accounts.path)
         if self.have_codes:
             self._codes.check()
@@ -69,7 +69,7 @@ class People:
 
         ``code`` is their second factor's, where they have one.
         """
-        account, known = self._proven(name, password, address, code)
+        account, known = self._proven(Guess(name, address), password, code)
         if known.lacks(account):
             self.log(f"{account.name!r} has no second factor, and must have one to sign in from {address}")
             raise Unproven(f"{account.name!r} needs a second factor to sign in: 'homeostat people enrol' gives it")
@@ -86,7 +86,7 @@ class People:
 
     def confirm(self, session: Session, password: str, address: str) -> Account:
         """The account of ``session`` as it is now; Unproven where ``password`` is not theirs. It takes a while."""
-        return self._proven(session.person.name, password, address, None)[0]
+        return self._proven(Guess(session.person.name, address, signed_in=True), password, None)[0]
 
     def session(self, token: str | None) -> Session | None:
         """The session that ``token`` names; None where it is over, or the account was changed since."""
@@ -112,24 +112,25 @@ class People:
             self._sessions.end(token)
             self.log(f"{session.person.name!r} signed out")
 
-    def _proven(self, name: str, password: str, address: str, code: str | None) -> tuple[Account, Known]:
-        """The account of ``name`` and what is asked of everybody; ``code`` is None where none is asked for."""
+    def _proven(self, guess: Guess, password: str, code: str | None) -> tuple[Account, Known]:
+        """Whose account it is, and what is asked of everybody; ``code`` is None where none is asked for."""
         try:
             known = self._accounts.known()
         except AccountsError as error:
             self.log(f"nobody is let in: {error}")
             raise Unproven("the accounts cannot be read; see where the console was started") from error
-        account, who = known.people.get(folded(name)), (f"name {folded(name)}", f"address {address}")
+        account = known.people.get(folded(guess.name))
         needed = account is not None and account.totp is not None and code is not None
-        wait_s = max(self._tries.wait_s(*who), self._codes.wait_s(account) if needed and account else 0.0)
+        wait_s = max(self._guesses.wait_s(guess), self._codes.wait_s(account) if needed and account else 0.0)
         if wait_s > 0.0:
             raise Unproven(f"too many failed tries; try again in {wait_s:.0f} s", wait_s)
-        self._tries.failed(*who)  # before the check: many at once are no way around it
+        self._guesses.failed(guess)  # before the check: many at once are no way around it
         right = is_right(password, None if account is None else account.argon2id)
-        if account is None or not right or (needed and not self._taken(account, code or "", address)):
-            self.log(f"a sign-in as {name[:60]!r} from {address} has failed")
+        if account is None or not right or (needed and not self._taken(account, code or "", guess.address)):
+            what = "an order" if guess.signed_in else "a sign-in"
+            self.log(f"{what} as {guess.name[:60]!r} from {guess.address} has failed")
             raise Unproven(WRONG_WITH_CODES if self.have_codes else WRONG)
-        self._tries.succeeded(*who)
+        self._guesses.succeeded(guess)
         return account, known
 
     def _taken(self, account: Account, code: str, address: str) -> bool:

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Final, final
 
 FREE: Final = 5
 """Failures in a row that cost nothing: people mistype."""
-LONGEST_S: Final = 40.0
-"""Longest wait, wall-clock [s]: whoever guesses at an operator's password must not keep the operator from the plant,
-and tries not more than 100 in an hour (OWASP ASVS 2.2.1)."""
 FORGOTTEN_S: Final = 900.0
 """Failures before this are forgotten, wall-clock [s]."""
 MOST: Final = 10_000
@@ -23,8 +19,8 @@ class Tries:
 
     def __init__(
         self,
-        clock: Callable[[], float] = time.monotonic,
-        longest_s: float = LONGEST_S,
+        clock: Callable[[], float],
+        longest_s: float,
         forgotten_s: float = FORGOTTEN_S,
     ) -> None:
         """Nobody has failed yet; ``clock`` tells seconds and is set by nobody.

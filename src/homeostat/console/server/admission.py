@@ -11,24 +11,31 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from homeostat.console.people.people import People
 from homeostat.console.people.sessions import Session
+from homeostat.console.server.door import Door
 from homeostat.console.text import to_json
 
-COOKIE: Final = "homeostat"
-"""Name of the cookie; with TLS a browser is told to keep it to this host."""
+_COOKIE: Final = "homeostat"
 TOKEN: Final = "x-homeostat-token"
 """Header in which a page shows that it is the page."""
 _OPEN: Final = frozenset({"/api/me", "/api/session"})
 """What is answered without a session."""
+_DIGITS: Final = 5
 
 
-def cookie(secure: bool) -> str:
-    """Name of the cookie."""
-    return f"__Host-{COOKIE}" if secure else COOKIE
+def cookie(request: Request, secure: bool, name: str = _COOKIE) -> str:
+    """Name of the cookie that is ``name`` to the console; with TLS a browser is told to keep it to this host.
+
+    Browsers send cookies to every port of a host, so that two consoles on one would end each other's sessions. The
+    port in the name is the one that the browser knows, which a tunnel may have changed.
+    """
+    port = request.headers.get("host", "").rpartition(":")[2]
+    named = f"{name}-{port}" if port.isascii() and port.isdigit() and len(port) <= _DIGITS else name
+    return f"__Host-{named}" if secure else named
 
 
-def kept_by(response: Response, token: str, secure: bool) -> None:
+def kept_by(response: Response, request: Request, token: str, secure: bool) -> None:
     """Have the browser keep ``token``, out of reach of any script and of other sites, until it is closed."""
-    response.set_cookie(cookie(secure), token, path="/", secure=secure, httponly=True, samesite="strict")
+    response.set_cookie(cookie(request, secure), token, path="/", secure=secure, httponly=True, samesite="strict")
 
 
 def session_of(request: Request) -> Session | None:
@@ -50,13 +57,16 @@ class Admission:
             return
         request = Request(scope)
         people = self._people
-        session = None if people is None else people.session(request.cookies.get(cookie(self._secure)))
+        session = None if people is None else people.session(request.cookies.get(cookie(request, self._secure)))
         refused = _foreign(request) if people is None else self._objection(request, session)
         if refused is not None:
             text, status = refused
             await Response(to_json({"error": text}), status, media_type="application/json")(scope, receive, send)
             return
         scope["homeostat.session"] = session
+        door: Door | None = getattr(scope["app"].state, "door", None)
+        if door is not None and request.client is not None and (people is None or session is not None):
+            door.know((request.client.host, request.client.port), "" if session is None else session.person.name)
         await self._app(scope, receive, send)
 
     def _objection(self, request: Request, session: Session | None) -> tuple[str, int] | None:

@@ -9,7 +9,6 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
 from starlette.applications import Starlette
-from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import MutableHeaders
 from starlette.middleware import Middleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
@@ -23,12 +22,23 @@ from homeostat.console.opened import OpenedRun
 from homeostat.console.people.orders import Give, Orders
 from homeostat.console.people.people import People
 from homeostat.console.server.admission import Admission
-from homeostat.console.server.asked import AskedWrong, bad_request, finite, json_answer, number, span
+from homeostat.console.server.asked import (
+    WIDEST_OF_ALL,
+    AskedWrong,
+    bad_request,
+    finite,
+    json_answer,
+    measured,
+    nobody_reads,
+    number,
+    span,
+)
 from homeostat.console.server.asking import Asking
 from homeostat.console.server.desk import Desk
 from homeostat.console.server.events import Events
+from homeostat.console.server.lanes import Gone, Lanes
 from homeostat.console.server.stream import FASTEST, SLOWEST, Moments
-from homeostat.console.view import seen, shown
+from homeostat.console.view import Shown, seen, shown
 from homeostat.llm.model import LanguageModel
 
 if TYPE_CHECKING:  # it loads a library that is needed only where there is one
@@ -79,7 +89,9 @@ class Serving:
 def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
     """The answers to everything that may be asked of ``run``; nothing is written but what ``serving`` lets order."""
     ending = threading.Event()
-    answers = _Answers(run, ending, (serving.beside is not None, "" if serving.model is None else serving.model.name))
+    lanes = Lanes()
+    extras = serving.beside is not None, "" if serving.model is None else serving.model.name
+    answers = _Answers(run, lanes, Moments(run, ending), extras)
     orders = None if serving.give is None else Orders(run, serving.give)
     desk = Desk(serving.people, orders, serving.secure, serving.sign_on)
     routes = [Route(path, _file(*content), methods=["GET"]) for path, content in _PAGE.items()]
@@ -89,9 +101,9 @@ def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
         Route("/api/trend", answers.trend, methods=["GET"]),
         Route("/api/feature", answers.feature, methods=["GET"]),
         Route("/api/stream", answers.stream, methods=["GET"]),
-        *Events(run).routes(),
-        *_beside(serving.beside, ending),
-        *Asking(run, serving.model).routes(),
+        *Events(run, lanes).routes(),
+        *_beside(serving.beside, lanes, ending),
+        *Asking(run, lanes, serving.model).routes(),
         *desk.routes(),
         *_gate(serving),
     ]
@@ -100,17 +112,17 @@ def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
         Middleware(TrustedHostMiddleware, [*serving.hosts]),
         Middleware(Admission, serving.people, serving.secure),
     ]
-    handlers = {AskedWrong: bad_request}
+    handlers = {AskedWrong: bad_request, Gone: nobody_reads}
     app = Starlette(routes=routes, middleware=guards, exception_handlers=handlers)
     app.state.ending = ending
     return app
 
 
-def _beside(other: OpenedRun | None, ending: threading.Event) -> list[Route]:
+def _beside(other: OpenedRun | None, lanes: Lanes, ending: threading.Event) -> list[Route]:
     """What is asked of the run beside."""
     if other is None:
         return []
-    answers = _Answers(other, ending)
+    answers = _Answers(other, lanes, Moments(other, ending))
     found = {"run": answers.run, "moment": answers.moment, "trend": answers.trend}
     return [Route(f"/api/other/{name}", answer, methods=["GET"]) for name, answer in found.items()]
 
@@ -151,37 +163,37 @@ def _file(name: str, kind: str) -> Callable[[Request], Awaitable[Response]]:
 class _Answers:
     """What is asked of one run."""
 
-    def __init__(self, run: OpenedRun, ending: threading.Event, extras: tuple[bool, str] = (False, "")) -> None:
+    def __init__(self, run: OpenedRun, lanes: Lanes, moments: Moments, extras: tuple[bool, str] = (False, "")) -> None:
         """``extras``: whether there is a run beside, and the name of a model that says the card in other words."""
-        self._run, self._extras = run, extras
+        self._run, self._lanes, self._moments, self._extras = run, lanes, moments, extras
         self._evidence: Evidence | None = None
-        self._moments = Moments(run, ending)
 
     async def run(self, request: Request) -> Response:
-        await run_in_threadpool(self._run.refresh)
         beside, model = self._extras
-        return json_answer(replace(await run_in_threadpool(shown, self._run), beside=beside, model=model))
+
+        def told() -> Shown:
+            self._run.refresh()
+            return shown(self._run)
+
+        return json_answer(replace(await self._lanes.make(request, told), beside=beside, model=model))
 
     async def moment(self, request: Request) -> Response:
-        return json_answer(await run_in_threadpool(seen, self._run, number(request, "at", self._run.last_s)))
+        at_s = number(request, "at", self._run.last_s)
+        return await self._lanes.make(request, lambda: json_answer(seen(self._run, at_s)))
 
     async def trend(self, request: Request) -> Response:
-        readings, tags = self._run.readings, tuple(request.query_params.getlist("tag"))
-        if readings is None:
-            raise AskedWrong("the run has no readings; they are kept when a run ends")
-        if unknown := [tag for tag in tags if tag not in readings.signals]:
-            raise AskedWrong(f"no tag {unknown[0][:80]!r} was measured in this run")
-        if not tags:
-            raise AskedWrong("no tag is named; give tag=NAME")
-        return json_answer(await run_in_threadpool(readings_trend, readings, tags, *span(request, self._run)))
+        readings, tags = measured(request, self._run)
+        from_s, to_s, width = span(request, self._run)
+        asked = readings, tags, from_s, to_s, min(width, WIDEST_OF_ALL // len(tags))
+        return await self._lanes.make(request, lambda: json_answer(readings_trend(*asked)))
 
     async def feature(self, request: Request) -> Response:
         name = request.query_params.get("name", "")
         readings = self._run.readings
         if readings is not None and (self._evidence is None or self._evidence.last_s < readings.last_s):
             self._evidence = Evidence(self._run.plant, readings)
-        asked = span(request, self._run)
-        found = None if self._evidence is None else await run_in_threadpool(self._evidence.feature, name, *asked)
+        asked, evidence = span(request, self._run), self._evidence
+        found = None if evidence is None else await self._lanes.make(request, evidence.feature, name, *asked)
         if found is None:
             raise AskedWrong(f"no feature {name[:80]!r} can be drawn for this run")
         return json_answer(found)

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import AsyncIterator
 from typing import Final
 
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import Response, StreamingResponse
 
 from homeostat.console.opened import OpenedRun
+from homeostat.console.readings import Readings
 from homeostat.console.text import to_json
 
 _WIDEST: Final = 4000
 """Most pixels that a trend is drawn on."""
+WIDEST_OF_ALL: Final = 20_000
+"""Most pixels of all its tags together."""
+MOST_TAGS: Final = 20
+"""Most tags that are asked for at once."""
 
 
 class AskedWrong(ValueError):
@@ -29,11 +35,33 @@ def json_answer(value: object, status: int = 200) -> Response:
     return Response(to_json(value), status, media_type="application/json")
 
 
-def csv_answer(content: str, name: str) -> Response:
-    """``content`` as a file called ``name``."""
-    answer = Response(content, media_type="text/csv; charset=utf-8")
+def csv_answer(content: str | AsyncIterator[str], name: str) -> Response:
+    """``content``, or its pieces as they are made, as a file called ``name``."""
+    answered: type[Response] = Response if isinstance(content, str) else StreamingResponse
+    answer = answered(content, media_type="text/csv; charset=utf-8")
     answer.headers["Content-Disposition"] = f'attachment; filename="{name}"'
     return answer
+
+
+async def nobody_reads(request: Request, error: Exception) -> Response:
+    """The answer to who has gone."""
+    return Response(status_code=503)
+
+
+def measured(request: Request, run: OpenedRun) -> tuple[Readings, tuple[str, ...]]:
+    """The readings of ``run``, and the tags that are asked for; AskedWrong where there are none of such."""
+    readings, tags = run.readings, tuple(request.query_params.getlist("tag"))
+    if readings is None:
+        raise AskedWrong("the run has no readings; they are kept when a run ends")
+    if not tags:
+        raise AskedWrong("no tag is named; give tag=NAME")
+    if len(tags) > MOST_TAGS:
+        raise AskedWrong(f"{len(tags)} tags are named; ask for {MOST_TAGS} at most")
+    if unknown := [tag for tag in tags if tag not in readings.signals]:
+        raise AskedWrong(f"no tag {unknown[0][:80]!r} was measured in this run")
+    if len(set(tags)) < len(tags):
+        raise AskedWrong("a tag is named twice")
+    return readings, tags
 
 
 def span(request: Request, run: OpenedRun) -> tuple[float, float, int]:

@@ -16,6 +16,7 @@ from homeostat.console.people.accounts import Access
 from homeostat.console.server.admission import session_of
 from homeostat.console.server.asked import json_answer, number
 from homeostat.console.server.desk import body
+from homeostat.console.server.lanes import Lanes
 from homeostat.console.trial.trials import Busy, NotTried, Trials
 from homeostat.console.view import seen
 from homeostat.llm.model import LanguageModel
@@ -40,9 +41,9 @@ class _Retelling(BaseModel):
 class Asking:
     """What is asked about one run."""
 
-    def __init__(self, run: OpenedRun, model: LanguageModel | None) -> None:
-        """``run`` is what is asked about; ``model`` puts its card in other words, where there is one."""
-        self._run, self._trials = run, Trials(run)
+    def __init__(self, run: OpenedRun, lanes: Lanes, model: LanguageModel | None) -> None:
+        """``run`` is what is asked about, in ``lanes``; ``model`` puts its card in other words, where there is one."""
+        self._run, self._lanes, self._trials = run, lanes, Trials(run)
         self._reteller = None if model is None else Reteller(model)
 
     def routes(self) -> list[Route]:
@@ -55,7 +56,7 @@ class Asking:
 
     async def options(self, request: Request) -> Response:
         """What may be asked at one moment."""
-        return json_answer(await run_in_threadpool(self._trials.options, number(request, "at", 0.0)))
+        return json_answer(await self._lanes.make(request, self._trials.options, number(request, "at", 0.0)))
 
     async def trial(self, request: Request) -> Response:
         """What the twin says."""
@@ -74,7 +75,7 @@ class Asking:
         if (refused := _refused(request)) is not None:
             return refused
         asked = await body(request, _Retelling)
-        told = (await run_in_threadpool(seen, self._run, asked.at_s)).told
+        told = (await self._lanes.make(request, seen, self._run, asked.at_s)).told
         try:
             return json_answer(await self._reteller.retell(told, asked.language, asked.at_s))
         except NotRetold as error:

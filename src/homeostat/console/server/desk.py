@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from typing import TYPE_CHECKING, Final, TypeVar, final
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from starlette.concurrency import run_in_threadpool
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from homeostat.console.people.accounts import Account
+from homeostat.console.people.accounts import Account, Person
 from homeostat.console.people.orders import PROVEN, NotGiven, Objection, Ordered, Orders
 from homeostat.console.people.people import People, Unproven
 from homeostat.console.people.sessions import Session
@@ -24,6 +25,8 @@ if TYPE_CHECKING:  # it loads a library that is needed only where there is one
 M = TypeVar("M", bound=BaseModel)
 LARGEST: Final = 10_000
 """Most bytes of what is sent."""
+SENT_WITHIN_S: Final = 10.0
+"""Longest time in which all of it has to come, wall-clock [s]."""
 _STATUS: Final = {"role": 403, "changed": 409, "busy": 409}
 
 
@@ -47,6 +50,7 @@ class Desk:
         ``sign_on`` knows people, too, where there is one.
         """
         self._people, self._orders, self._secure, self._sign_on = people, orders, secure, sign_on
+        self._entering = asyncio.Lock()  # the other check of a password at once is of who is signed in
 
     def routes(self) -> list[Route]:
         """What is answered here."""
@@ -70,17 +74,18 @@ class Desk:
         given = await body(request, _SigningIn)
         try:
             proof = given.name, given.password, _address(request), given.code
-            token, session = await run_in_threadpool(self._people.sign_in, *proof)
+            async with self._entering:
+                token, session = await run_in_threadpool(self._people.sign_in, *proof)
         except Unproven as unproven:
             return _unproven(unproven)
         answer = json_answer(self._told(session))
-        kept_by(answer, token, self._secure)
+        kept_by(answer, request, token, self._secure)
         return answer
 
     async def sign_out(self, request: Request) -> Response:
         """End the session."""
         assert self._people is not None
-        name = cookie(self._secure)
+        name = cookie(request, self._secure)
         self._people.sign_out(request.cookies.get(name))
         answer = json_answer(self._told(None))
         answer.delete_cookie(name, path="/", secure=self._secure, httponly=True, samesite="strict")
@@ -102,10 +107,7 @@ class Desk:
         except Unproven as unproven:
             return _unproven(unproven)
         except Objection as objection:
-            earlier = await run_in_threadpool(orders.earlier, ordered, session.person)
-            if earlier is not None:  # it was carried out, and the answer was lost
-                return json_answer(earlier)
-            return json_answer({"error": str(objection)}, _STATUS[objection.fault])
+            return await run_in_threadpool(_objected, orders, ordered, session.person, objection)
         except NotGiven as lost:
             return json_answer({"error": str(lost), "unknown": True}, 502)
 
@@ -123,6 +125,17 @@ class Desk:
         }
 
 
+def _objected(orders: Orders, ordered: Ordered, person: Person, objection: Objection) -> Response:
+    """The answer to an order that is not passed on, which may be because it was carried out, and that answer lost."""
+    try:
+        earlier = orders.earlier(ordered, person)
+    except Objection as another:
+        objection, earlier = another, None
+    if earlier is not None:
+        return json_answer(earlier)
+    return json_answer({"error": str(objection)}, _STATUS[objection.fault])
+
+
 def _unproven(unproven: Unproven) -> Response:
     answer = json_answer({"error": str(unproven)}, 429 if unproven.wait_s > 0.0 else 403)
     if unproven.wait_s > 0.0:
@@ -133,10 +146,16 @@ def _unproven(unproven: Unproven) -> Response:
 async def body(request: Request, kind: type[M]) -> M:
     """What was sent, as ``kind``; AskedWrong where it is none, or too long."""
     content = b""
-    async for part in request.stream():
-        content += part
-        if len(content) > LARGEST:
-            raise AskedWrong(f"more than {LARGEST} byte were sent")
+    try:
+        async with asyncio.timeout(SENT_WITHIN_S):
+            async for part in request.stream():
+                content += part
+                if len(content) > LARGEST:
+                    raise AskedWrong(f"more than {LARGEST} byte were sent")
+    except TimeoutError:
+        raise AskedWrong(f"what was sent was not whole within {SENT_WITHIN_S:g} s") from None
+    except ClientDisconnect:  # nobody is there any more who would read the answer
+        raise AskedWrong("what was sent has ended too early") from None
     try:
         return kind.model_validate_json(content)
     except ValidationError as error:

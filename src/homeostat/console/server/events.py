@@ -5,9 +5,9 @@ from __future__ import annotations
 import csv
 import io
 import threading
+from collections.abc import AsyncIterator, Iterable, Iterator
 from typing import final
 
-from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
@@ -15,19 +15,22 @@ from starlette.routing import Route
 from homeostat.console.events.alarms import AlarmList, alarm_list, as_csv, cell
 from homeostat.console.events.lines import Verified, journal_page, verified
 from homeostat.console.opened import OpenedRun
-from homeostat.console.server.asked import AskedWrong, csv_answer, json_answer, number, span
+from homeostat.console.readings import Readings
+from homeostat.console.server.asked import csv_answer, json_answer, measured, number, span
+from homeostat.console.server.lanes import Gone, Lanes
 from homeostat.journal.beside.files import JOURNAL
 
 _WORDS = 200
+_ROWS = 2000
 
 
 @final
 class Events:
     """What happened in one run."""
 
-    def __init__(self, run: OpenedRun) -> None:
-        """Nothing was asked yet."""
-        self._run = run
+    def __init__(self, run: OpenedRun, lanes: Lanes) -> None:
+        """Nothing was asked yet; answers are made in ``lanes``."""
+        self._run, self._lanes = run, lanes
         self._verifying = threading.Lock()
         self._verified: tuple[int, Verified] | None = None
 
@@ -39,11 +42,11 @@ class Events:
 
     async def alarms(self, request: Request) -> Response:
         """Alarms in their states at one moment."""
-        return json_answer(await run_in_threadpool(self._alarms, number(request, "at", self._run.last_s)))
+        return json_answer(await self._lanes.make(request, self._alarms, number(request, "at", self._run.last_s)))
 
     async def alarms_csv(self, request: Request) -> Response:
         """All of them as a file."""
-        found = await run_in_threadpool(self._alarms, number(request, "at", self._run.last_s))
+        found = await self._lanes.make(request, self._alarms, number(request, "at", self._run.last_s))
         every = sorted((*found.standing, *found.shelved, *found.past), key=lambda alarm: alarm.raised_s)
         return csv_answer(as_csv(every), "alarms.csv")
 
@@ -53,29 +56,28 @@ class Events:
         before = number(request, "before", 0.0)
         kinds = frozenset(kind[:_WORDS] for kind in asked.getlist("kind"))
         what = kinds, asked.get("words", "")[:_WORDS], int(before) if before >= 1.0 else None
-        return json_answer(await run_in_threadpool(journal_page, self._run.run_dir, *what))
+        return json_answer(await self._lanes.make(request, journal_page, self._run.run_dir, *what))
 
     async def verified(self, request: Request) -> Response:
         """What the verification of the journal says; it is made again where the journal has grown."""
-        return json_answer(await run_in_threadpool(self._verify))
+        return json_answer(await self._lanes.make(request, self._verify))
 
     async def readings_csv(self, request: Request) -> Response:
         """Every reading of some tags in a span as a file."""
-        readings, tags = self._run.readings, tuple(request.query_params.getlist("tag"))
-        if readings is None or not tags or any(tag not in readings.signals for tag in tags):
-            raise AskedWrong("no readings of such tags are kept; give tag=NAME of one that was measured")
+        readings, tags = measured(request, self._run)
         from_s, to_s, _ = span(request, self._run)
+        part = readings.between(from_s, to_s)
 
-        def made() -> str:
-            out = io.StringIO()
-            writer, part = csv.writer(out), readings.between(from_s, to_s)
-            writer.writerow(("time_s", *(cell(tag) for tag in tags)))
-            columns = [readings.signals[tag][part].tolist() for tag in tags]
-            rows = zip(readings.times_s[part].tolist(), *columns, strict=True)
-            writer.writerows([at_s, *("" if value != value else value for value in row)] for at_s, *row in rows)
-            return out.getvalue()
+        async def pieces() -> AsyncIterator[str]:  # each is made once the one before was taken
+            yield _csv([("time_s", *(cell(tag) for tag in tags))])
+            for begin in range(part.start, part.stop, _ROWS):
+                rows = _rows(readings, tags, slice(begin, min(begin + _ROWS, part.stop)))
+                try:
+                    yield await self._lanes.make(request, _csv, rows)
+                except Gone:
+                    return
 
-        return csv_answer(await run_in_threadpool(made), "readings.csv")
+        return csv_answer(pieces(), "readings.csv")
 
     def _alarms(self, at_s: float) -> AlarmList:
         return alarm_list(self._run.until(at_s), at_s)
@@ -86,3 +88,16 @@ class Events:
             if self._verified is None or self._verified[0] != size:
                 self._verified = size, verified(self._run.run_dir)
             return self._verified[1]
+
+
+def _csv(rows: Iterable[Iterable[object]]) -> str:
+    out = io.StringIO()
+    csv.writer(out).writerows(rows)
+    return out.getvalue()
+
+
+def _rows(readings: Readings, tags: tuple[str, ...], part: slice) -> Iterator[list[object]]:
+    """Time and readings of each moment; nothing where there is none."""
+    columns = [readings.signals[tag][part].tolist() for tag in tags]
+    for at_s, *row in zip(readings.times_s[part].tolist(), *columns, strict=True):
+        yield [at_s, *("" if value != value else value for value in row)]

@@ -14,7 +14,7 @@ from starlette.routing import Route
 from homeostat.console.people.accounts import Person
 from homeostat.console.people.orders import PROVEN, Ordered
 from homeostat.console.people.people import People
-from homeostat.console.server.admission import kept_by, session_of
+from homeostat.console.server.admission import cookie, kept_by, session_of
 from homeostat.console.server.asked import AskedWrong, json_answer
 from homeostat.console.sign_on.sign_on import About, NotSignedOn, SignOn, about
 
@@ -44,7 +44,6 @@ class Gate:
     def __init__(self, people: People, sign_on: SignOn, secure: bool) -> None:
         """``secure``: whether what is sent is encrypted."""
         self._people, self._sign_on, self._secure = people, sign_on, secure
-        self._cookie = f"__Host-{_COOKIE}" if secure else _COOKIE
 
     def routes(self) -> list[Route]:
         """What is answered here."""
@@ -54,12 +53,12 @@ class Gate:
 
     async def sign_in(self, request: Request) -> Response:
         """To the provider, to sign in."""
-        return await self._sent(About())
+        return await self._sent(request, About())
 
     async def prove(self, request: Request) -> Response:
         """To the provider, to show who somebody is for one order of theirs."""
         asked = self._about(request)
-        return _page("ended", 401) if asked is None else await self._sent(asked)
+        return _page("ended", 401) if asked is None else await self._sent(request, asked)
 
     async def proof(self, request: Request) -> Response:
         """Whether somebody has shown who they are for an order of theirs."""
@@ -68,21 +67,21 @@ class Gate:
 
     async def back(self, request: Request) -> Response:
         """Back from the provider."""
-        asked, where = request.query_params, _address(request)
+        asked, where, cookie_name = request.query_params, _address(request), cookie(request, self._secure, _COOKIE)
         state, code = (asked.get(name, "")[:_LONGEST] for name in ("state", "code"))
         try:
-            kept = request.cookies.get(self._cookie, "")
+            kept = request.cookies.get(cookie_name, "")
             person, shown_for = await run_in_threadpool(self._sign_on.end, kept, state, code, asked.get("iss"))
             if shown_for.id:
                 answer = self._shown(person, shown_for)
             else:
                 answer = RedirectResponse("/", 303)
                 token = self._people.begin(person, f"by {self._sign_on.settings.title} from {where}")[0]
-                kept_by(answer, token, self._secure)
+                kept_by(answer, request, token, self._secure)
         except NotSignedOn as refused:
             self._people.log(f"nobody has come in by {self._sign_on.settings.title} from {where}: {refused}")
             answer = _page(refused.word, 403)
-        answer.delete_cookie(self._cookie, path="/", secure=self._secure, httponly=True, samesite="lax")
+        answer.delete_cookie(cookie_name, path="/", secure=self._secure, httponly=True, samesite="lax")
         return answer
 
     def _shown(self, person: Person, shown_for: About) -> Response:
@@ -92,14 +91,15 @@ class Gate:
         self._sign_on.show(session, person, shown_for)
         return _page("shown", 200)
 
-    async def _sent(self, asked: About) -> Response:
+    async def _sent(self, request: Request, asked: About) -> Response:
         try:
             address, kept = await run_in_threadpool(self._sign_on.begin, asked)
         except NotSignedOn as refused:
             self._people.log(f"nobody can be sent to {self._sign_on.settings.title}: {refused}")
             return _page(refused.word, 502)
         answer = RedirectResponse(address, 303)
-        answer.set_cookie(self._cookie, kept, path="/", secure=self._secure, httponly=True, samesite="lax")
+        name = cookie(request, self._secure, _COOKIE)
+        answer.set_cookie(name, kept, path="/", secure=self._secure, httponly=True, samesite="lax")
         return answer
 
     def _about(self, request: Request) -> About | None:

@@ -3,8 +3,8 @@
 import asyncio
 import threading
 import time
-from collections.abc import AsyncIterator
-from typing import Final, final
+from collections.abc import AsyncIterator, Callable
+from typing import Final, TypeVar, final
 
 from starlette.concurrency import run_in_threadpool
 
@@ -16,6 +16,8 @@ SLOWEST: Final = 0.1
 """Least speed, in process seconds per second [1]."""
 FASTEST: Final = 10_000.0
 """Greatest speed [1]."""
+_AT_ONCE: Final = 2
+T = TypeVar("T")
 _FRAME_S: Final = 0.2
 """Time between two moments [s]."""
 _LOOK_S: Final = 1.0
@@ -32,6 +34,7 @@ class Moments:
         """Nobody looks yet; once the server is ``ending``, nobody is told anything more."""
         self._run, self._ending = run, ending
         self._looked = time.monotonic()
+        self._making = asyncio.Semaphore(_AT_ONCE)
         self._made: dict[tuple[float, int, bool, int], str] = {}
 
     async def play(self, at_s: float, speed: float) -> AsyncIterator[str]:
@@ -60,15 +63,19 @@ class Moments:
                 return
             await asyncio.sleep(_FRAME_S)
 
+    async def _threaded(self, make: Callable[[], T]) -> T:
+        async with self._making:
+            return await run_in_threadpool(make)
+
     async def _look(self, now: float) -> None:
         if not self._run.closed and now - self._looked >= _LOOK_S:
             self._looked = now
-            await run_in_threadpool(self._run.refresh)
+            await self._threaded(self._run.refresh)
 
     async def _moment(self, at_s: float, count: int, whole: bool) -> str:
         name = at_s, count, whole, int(time.monotonic() / _BEAT_S)
         if name not in self._made:
-            made = await run_in_threadpool(lambda: to_json(seen(self._run, at_s, whole)))
+            made = await self._threaded(lambda: to_json(seen(self._run, at_s, whole)))
             while len(self._made) >= 8:
                 self._made.pop(next(iter(self._made)), None)
             self._made[name] = made

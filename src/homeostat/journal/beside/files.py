@@ -36,10 +36,12 @@ def describe(path: Path, run_dir: Path) -> StoredFile:
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file that other readers see either not at all or whole, even after a power cut.
 
-    Raises OSError, which names ``path``, where it cannot be written.
+    Raises OSError, which names ``path``, where it cannot be written, or there is something that is no file.
     """
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if path.exists() and not path.is_file():  # a device, say: what is renamed to its name would take its place
+        raise FileExistsError(errno.EEXIST, "it is no file, and is not replaced by one", str(path))
     temporary = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
         with temporary.open("wb") as file:
