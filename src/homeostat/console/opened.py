@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from homeostat.console.card.card import Card
 from homeostat.console.readings import Gathered, Readings, ReadingsError
 from homeostat.console.situation import Situation, situation
 from homeostat.console.watched import Fresh, Watched
@@ -70,6 +71,8 @@ class OpenedRun:
         self._story: Story | None = None
         self._untold = ""
         self._stood = (0, Situation())
+        self.made: tuple[int, Card | None] = (-1, None)
+        """Of how many events a card was made last, and what it is."""
         self.trouble = ""
         """Why the record cannot be read further; empty where it can."""
         self._begin()
@@ -171,7 +174,7 @@ class OpenedRun:
         """Nothing was read yet."""
         self._entries, self._lines, self._untold = [], [], ""
         self._story = Story(self.plant.description)  # a directory may be called after what is wrong
-        self._stood = 0, Situation()
+        self._stood, self.made = (0, Situation()), (-1, None)
 
     def _read(self) -> None:
         trouble = ""

@@ -6,7 +6,16 @@ from dataclasses import dataclass
 from homeostat.console.card.card import Card
 from homeostat.console.card.episode import card, first_decided_s, first_seen_s, last_episode
 from homeostat.console.card.explanation import Paragraph, explained
-from homeostat.console.drawn import DrawnPanel, DrawnSheet, DrawnTag, drawn_panels, drawn_sheet, drawn_tags, violated
+from homeostat.console.drawn import (
+    DrawnPanel,
+    DrawnSheet,
+    DrawnTag,
+    drawn_panels,
+    drawn_sheet,
+    drawn_tags,
+    lately_violated,
+    violated,
+)
 from homeostat.console.opened import OpenedRun
 from homeostat.console.overview import Overview, overview
 from homeostat.console.watched import Fresh
@@ -75,10 +84,12 @@ class Seen:
     """Names of the limits that the readings violate, start-up apart."""
     fresh: Fresh | None
     """How fresh that is; None where it is a run."""
-    overview: Overview | None = None
-    """The line above; None where nothing of it has changed."""
+    overview: Overview
+    """The line above."""
+    whole: bool
+    """Whether card and sentences are told; else they are as they were."""
     card: Card | None = None
-    """The card; None where there is none, or nothing of it has changed."""
+    """The card; None where there is none, or where not the whole is told."""
     told: tuple[Paragraph, ...] = ()
     """The card in sentences."""
 
@@ -128,17 +139,19 @@ def _settled_s(entries: Sequence[Entry], until_s: float) -> float:
 
 
 def seen(run: OpenedRun, at_s: float, whole: bool = True) -> Seen:
-    """The run at ``at_s`` [s]; overview and card only where the ``whole`` of it is wanted."""
+    """The run at ``at_s`` [s]; card and sentences only where the ``whole`` of it is wanted."""
     readings = run.readings
     sampled_s, values = readings.at(at_s) if readings is not None else (at_s, {})
     now = run.stands(at_s)
     broken = violated(values, run.plant.description) if now.started else ()
-    at = at_s, sampled_s, values, now.quality, now.targets, broken, run.fresh
-    if not whole:
-        return Seen(*at)
-    shown_card = card(recorded(run.until(at_s)[-_MOST_EVENTS:]), run.plant, readings, at_s)
-    told = () if shown_card is None else explained(shown_card)
-    return Seen(*at, overview(now, shown_card, run.plant.description, at_s), shown_card, told)
+    count, (known, one) = run.count(at_s), run.made
+    if whole or known != count:
+        one = card(recorded(run.until(at_s)[-_MOST_EVENTS:]), run.plant, readings, at_s)
+        run.made = count, one
+    beyond = lately_violated(readings, sampled_s, run.plant.description, now.started_s)
+    line = overview(now, one, run.plant.description, at_s, beyond)
+    at = at_s, sampled_s, values, now.quality, now.targets, broken, run.fresh, line
+    return Seen(*at, True, one, () if one is None else explained(one)) if whole else Seen(*at, False)
 
 
 def recorded(entries: Sequence[Entry]) -> RunRecord:
