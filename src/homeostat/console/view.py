@@ -60,6 +60,8 @@ class Shown:
     """Its flowsheet."""
     lines: tuple[Line, ...]
     """What happened, line by line."""
+    altered: str = ""
+    """Which line of the journal does not follow the one before, so that nothing later is shown; empty where all do."""
     beside: bool = False
     """Whether another run is shown beside it."""
     model: str = ""
@@ -106,7 +108,7 @@ def shown(run: OpenedRun) -> Shown:
         until_s = until_s if run.stands(run.last_s).started else -1.0
     healthy = slice(0, 0) if readings is None else readings.between(_settled_s(entries, until_s), until_s)
     closed, going = run.closed, run.attached or run.goes_on()
-    notices = [plant.notice, run.trouble]
+    notices = [plant.notice, "" if run.altered else run.trouble]
     if not closed and not run.attached:
         notices.append(
             "The run goes on; this page follows it."
@@ -129,6 +131,7 @@ def shown(run: OpenedRun) -> Shown:
         panels=drawn_panels(plant),
         sheet=drawn_sheet(plant),
         lines=tuple(run.lines[-_MOST_LINES:]),
+        altered=run.altered,
     )
 
 

@@ -32,7 +32,8 @@ def kept_record(run: OpenedRun, verified: Verified, notice: str) -> dict[str, An
     """What the page needs of ``run``; ``notice`` says what kind of file it is."""
     told, readings = shown(run), run.readings
     broken = [] if readings is None else [*_violated(run, readings)]
-    times = sorted({0.0, *(e.at_s for e in run.entries), run.last_s, *_changes(run, broken)})
+    known = {0.0, *(e.at_s for e in run.entries), run.last_s, *_changes(run, broken)}
+    times = sorted(at_s for at_s in known if at_s <= run.last_s)
     more = f" Of {len(times)} moments the last {MOST_MOMENTS} are in it." if len(times) > MOST_MOMENTS else ""
     pool, found = Pool(), []
     features: dict[str, None] = {}
