@@ -133,7 +133,7 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
         {time !== null ? <p class="big">{time} <span class="quiet">{left.title}</span></p>
           : <p class={left.until === "beyond" ? "big bad" : "big quiet"}>{left.until === "beyond" ? "■ " : ""}{left.title.charAt(0).toUpperCase() + left.title.slice(1)}</p>}
         {left.text && <p>{left.text}</p>}
-        <TimeLeft card={card} at={now.at_s} />
+        {left.until !== "beyond" && <TimeLeft card={card} at={now.at_s} />}
         {card.alone && !card.foresight && <p>If nothing is done: {card.alone}</p>}
       </div>
     </div>

@@ -17,12 +17,13 @@ export function distance(value: number, unit: string, term: string): string {
   return unit === "1" && !term ? `${signed(value, "1")} times what counts` : signed(value, unit);
 }
 
-// What an instrument says: nothing finer than its range lets it tell from nothing.
+// What an instrument says: less than half a thousandth of its range is nothing, and no digit is finer than a ten-thousandth.
 export function reading(value: number | null | undefined, tag: { unit: string; low: number; high: number }): string {
-  if (value === null || value === undefined) return "–";
-  const finest = Math.max(0, tag.high - tag.low) / 1e5;
-  if (Math.abs(value) < 5 * finest) return amount(0, tag.unit);
-  return amount(finest > 0 ? Math.round(value / 10 ** Math.floor(Math.log10(finest))) * 10 ** Math.floor(Math.log10(finest)) : value, tag.unit);
+  const wide = tag.high - tag.low;
+  if (value === null || value === undefined || !(wide > 0)) return amount(value, tag.unit);
+  if (Math.abs(value) < wide / 2000) return amount(0, tag.unit);
+  const finest = 10 ** Math.floor(Math.log10(wide / 1e4));
+  return amount(Math.round(value / finest) * finest, tag.unit);
 }
 
 function aim(value: number | null, unit: string, digits: number): string {
