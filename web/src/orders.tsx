@@ -93,7 +93,7 @@ export function OrderDialog({ asked, me, now, close }: { asked: Asked; me: Me; n
           {asked.choices && <label>{asked.label} <select required value={subject} onChange={(e) => choose(e.currentTarget.value)}>
             <option value="">choose</option>{asked.choices.map(([value, text]) => <option key={value} value={value}>{text}</option>)}</select></label>}
           {asked.minutes !== undefined && <label>For how many minutes (480 at most) <input type="number" min={1} max={480} required value={minutes} onInput={(e) => last(Number(e.currentTarget.value))} /></label>}
-          <label>Reason{asked.reason === "needed" ? "" : " (if any)"} <textarea ref={reason} rows={2} maxLength={400} required={asked.reason === "needed"} /></label>
+          <label>Reason{asked.reason === "needed" ? "" : " (if any)"} <textarea ref={reason} rows={2} maxLength={400} required={asked.reason === "needed"} autofocus={asked.proposal !== undefined} /></label>
           {away && <p>{proven ? <b role="status">✓ {me.sign_on} says that it is you.</b>
             : asked.choices && !subject ? <span class="quiet">{me.sign_on} is asked who you are once something is chosen.</span>
             : <a class="button" href={`/oidc/prove?${new URLSearchParams(about)}`} target="_blank" rel="noopener">Show {me.sign_on} that it is you, {me.name} (opens a window)</a>}</p>}
