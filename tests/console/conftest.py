@@ -43,6 +43,14 @@ def left_alone_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
+def advised_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The directory of the same run in mode advise: nobody does anything, and a hard limit is violated."""
+    arguments = [*RECOVERY[: RECOVERY.index("--end")], "--end", "1012", *RECOVERY[RECOVERY.index("--end") + 2 :]]
+    done: Done = once(tmp_path_factory, "advised", *arguments, "--mode", "advise", carried_out=homeostat_process)
+    return done.cwd / "run"
+
+
+@pytest.fixture(scope="session")
 def recovered(recovered_run: Path) -> OpenedRun:
     """The run that recovered, opened."""
     return opened(recovered_run, None)

@@ -10,6 +10,7 @@ from homeostat.cli.commands.console import opened
 from homeostat.console.card.card import Card
 from homeostat.console.card.episode import plainly
 from homeostat.console.opened import OpenedRun
+from homeostat.console.outlook import Until
 from homeostat.console.view import seen, shown
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.events.foresight import Foreseen
@@ -34,7 +35,7 @@ def test_nothing_is_known_before_it_was_seen(recovered: OpenedRun) -> None:
     told = shown(recovered)
     assert told.begins_s is not None
     before = seen(recovered, told.begins_s - 1.0)
-    assert before.card is None and before.overview is not None
+    assert before.card is None
     assert (before.overview.level, before.overview.alarm) == ("normal", "")
 
 
@@ -92,10 +93,10 @@ def test_a_deadline_is_shown_until_something_was_released(recovered: OpenedRun) 
     released_s, _ = first(recovered, ReleasedActions)
     assert isinstance(armed, Armed) and armed_s < released_s
     before, after = seen(recovered, armed_s).overview, seen(recovered, released_s).overview
-    assert before is not None and after is not None
-    assert (before.act_by_s, before.fallback) == (armed.act_by_s, armed.strategies[0])
-    assert before.act_by_s is not None and before.act_by_s > armed_s and before.level == "high"
-    assert after.act_by_s is None and after.waiting == "the effect of what was released"
+    left = before.left
+    assert (left.until, left.to_s, before.fallback) == (Until.FALLBACK, armed.act_by_s, armed.strategies[0])
+    assert left.to_s is not None and left.to_s > armed_s and before.level == "high"
+    assert after.left.until is Until.CLEAR and after.waiting == "the effect of what was released"
 
 
 def test_a_fallback_that_acted_is_told_with_its_reason_and_what_it_wrote(handed_over_run: Path) -> None:
@@ -103,17 +104,17 @@ def test_a_fallback_that_acted_is_told_with_its_reason_and_what_it_wrote(handed_
     at_s, event = first(run, FallbackActivated)
     assert isinstance(event, FallbackActivated)
     moment = seen(run, run.last_s)
-    assert moment.card is not None and moment.overview is not None
+    assert moment.card is not None
     acted = moment.card.acted[-1]
     assert (acted.at_s, acted.strategy, acted.reason) == (at_s, event.strategy, event.reason)
     assert {m.tag: m.after for m in acted.moves} == {c.tag: c.value for c in event.commands}
-    assert moment.overview.level == "critical" and moment.overview.act_by_s is None
+    assert moment.overview.level == "critical" and moment.overview.left.until in (Until.ACTED, Until.ENDED)
 
 
 def test_every_moment_of_a_run_can_be_shown(recovered: OpenedRun) -> None:
     for entry in recovered.entries:
         moment = seen(recovered, entry.at_s)
-        assert moment.overview is not None and moment.at_s == entry.at_s
+        assert moment.at_s == entry.at_s
         assert (moment.card is None) == (entry.at_s < (shown(recovered).begins_s or 0.0))
 
 

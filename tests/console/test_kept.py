@@ -7,6 +7,7 @@ import gzip
 import json
 import os
 import re
+from bisect import bisect_right
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +48,8 @@ def whole(pool: list[Any], parts: Any) -> Any:
 def test_the_file_has_every_moment_as_the_server_tells_it(kept_file: Path, recovered: OpenedRun) -> None:
     kept = content(kept_file.read_text("utf-8"))
     pool = kept["pool"]
-    assert [m[0] for m in kept["moments"]] == sorted({0.0, *(e.at_s for e in recovered.entries), recovered.last_s})
+    times = [m[0] for m in kept["moments"]]
+    assert times == sorted(set(times)) and {0.0, *(e.at_s for e in recovered.entries), recovered.last_s} <= set(times)
     for at_s, card, overview, quality, targets, _, words in kept["moments"]:
         told = json.loads(to_json(seen(recovered, at_s)))
         assert (None if card is None else whole(pool, pool[card])) == told["card"], at_s
@@ -55,6 +57,14 @@ def test_the_file_has_every_moment_as_the_server_tells_it(kept_file: Path, recov
         assert (pool[quality], pool[targets]) == (told["quality"], told["targets"])
         broken = [names for from_s, names in kept["violated"] if from_s <= at_s]
         assert (broken[-1] if broken else []) == told["violated"], at_s
+
+
+def test_between_its_moments_what_comes_next_is_what_the_server_says(kept_file: Path, recovered: OpenedRun) -> None:
+    kept = content(kept_file.read_text("utf-8"))
+    times, pool = [m[0] for m in kept["moments"]], kept["pool"]
+    for at_s in (0.5 + n for n in range(int(recovered.last_s))):
+        line = whole(pool, pool[kept["moments"][bisect_right(times, at_s) - 1][2]])
+        assert line == json.loads(to_json(seen(recovered, at_s, whole=False).overview)), at_s
 
 
 def test_what_was_truly_wrong_is_not_in_it(kept_file: Path, recovered_run: Path) -> None:

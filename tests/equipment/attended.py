@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any, Self
 
 from homeostat.domain.diagnosis import FaultState, Hypothesis, Symptom
-from homeostat.domain.events.recovery import Attempted, Diagnosed, Noticed
+from homeostat.domain.events.recovery import Attempted, Diagnosed, LaterStep, Noticed
 from homeostat.domain.mode import Mode
-from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.verdict import Finding, Owner
 from homeostat.guard.requests.seal import Sealer
 from homeostat.guard.restart.memory import Memory
@@ -78,20 +78,23 @@ class Attended:
         self._thread = threading.Thread(target=self._go_on, daemon=True)
         self._thread.start()
 
-    def propose(self, target_K: float = 305.0) -> tuple[str, ActionSet]:
-        """Have recovery propose something, as it would; the request and what it is to write."""
+    def propose(self, target_K: float = 305.0, *then: Step) -> tuple[str, ActionSet]:
+        """Have recovery propose something, as it would, with what is to follow; the request and what it is to write."""
         self._proposed += 1
         name = f"r{self._proposed}-{os.getpid()}-{time.monotonic_ns()}"
-        actions = ActionSet((Command("T.sp", target_K, 0.5), Command("F.sp", 0.02, 0.005)), "running")
+        actions = ActionSet((Command("T.sp", target_K, 0.5), Command("F.sp", 0.02, 0.005)), "running", then)
         with self._lock:
             at_s, record = self.world.vessel.now_s, self.journal.record
             record(Noticed(("S-HOT",)), at_s)
             symptom = Symptom("S-HOT", at_s, 2.0, 1.0, 3.0)
             record(Diagnosed((symptom,), (Hypothesis((FaultState("valve_stuck", 0.5, at_s),), 0.9),)), at_s)
             found = Finding("LIM-HOT", Owner.ACTION, 1.5, "K", 120.0, 3, "T stays below 313 K")
-            path = ("running", "running")
-            record(Attempted(1, "search", path, actions.commands, actions.digest, True, (found,), 24), at_s)
-            self.world.ask(self._sealer.seal(self.world.request(name, actions), at_s))
+            path = ("running", "running", *(s.target for s in then))
+            later = LaterStep.all_of(actions)
+            told = Attempted(1, "search", path, actions.commands, actions.digest, True, (found,), 24, then=later)
+            record(told, at_s)
+            way = ("adjust", *(s.transition.name for s in then))
+            self.world.ask(self._sealer.seal(self.world.request(name, actions, path=way), at_s))
         return name, actions
 
     def tick(self, **values: float) -> None:

@@ -35,13 +35,14 @@ function Row({ a, at, me, order }: { a: ListedAlarm; at: number; me: Me; order: 
 
 export function Alarms({ now, me, order }: { now: Moment; me: Me; order: (asked: Asked) => void }) {
   const [list, setList] = useState<AlarmList | null>(null);
-  const [past, show] = useState(false);
-  useEffect(() => { void ask<AlarmList>("/api/alarms", { at: now.at_s }).then(setList, () => {}); }, [now.overview, Math.floor(now.at_s / 10)]);
-  if (!list) return <section class="wide"><p class="quiet">Reading the alarms …</p></section>;
+  const [past, show] = useState(false), [failed, fail] = useState("");
+  useEffect(() => { void ask<AlarmList>("/api/alarms", { at: now.at_s }).then((found) => { setList(found); fail(""); }, (e: Error) => fail(e.message)); }, [now.told, Math.floor(now.at_s / 10)]);
+  if (!list) return <section class="wide">{failed ? <p class="warn" role="alert">△ {failed}</p> : <p class="quiet">Reading the alarms …</p>}</section>;
   const rows = [...list.standing, ...list.shelved, ...(past ? list.past : [])];
   return (
     <section id="alarms" class="wide" tabIndex={-1} aria-label="Alarms">
       <h2>Alarms <span class="quiet">{list.standing.length} stand, {list.shelved.length} shelved, {list.within} raised in the last 10 min</span></h2>
+      {failed && <p class="warn" role="alert">△ These are not the alarms of now: {failed}</p>}
       {list.flood && <p class="stale" role="alert"><b>■ Flood:</b> {list.within} alarms in 10 min. Begin with the first one (①) and with what is critical.</p>}
       <p class="choice"><button type="button" aria-pressed={past} onClick={() => show(!past)}>What is over ({list.past.length})</button>
         {!isKept() && <a class="button" href={`/api/alarms.csv?at=${now.at_s}`} download="alarms.csv">Export (CSV)</a>}</p>

@@ -4,15 +4,7 @@ import { Bands, TimeLeft, shownOf } from "./foresight";
 import { FeatureChart } from "./trends";
 import { useState } from "preact/hooks";
 import { send, type Card, type Margin, type Me, type Moment, type Move, type Proposal, type Retold, type Run } from "./told";
-import { amount, distance, moment, percent, signed, span } from "./words";
-
-function moved(move: Move): boolean {
-  return !move.known || move.before !== move.after;
-}
-
-function target(value: number | null, unit: string): string {
-  return value === null ? "automatic" : amount(value, unit);
-}
+import { amount, distance, fromTo, moment, moved, percent, signed, span, timeOf } from "./words";
 
 export function Moves({ moves }: { moves: Move[] }) {
   const changed = moves.filter(moved), kept = moves.filter((m) => !moved(m));
@@ -20,16 +12,27 @@ export function Moves({ moves }: { moves: Move[] }) {
     <>
       <table class="moves">
         <thead><tr><th>Tag</th><th class="n">From</th><th><span class="unseen">to</span></th><th class="n">To</th><th>Ramp</th></tr></thead>
-        <tbody>{changed.map((m) => (
+        <tbody>{changed.map((m) => [m, ...fromTo(m)] as const).map(([m, before, after]) => (
           <tr key={m.tag}>
             <th scope="row" title={m.text}>{m.tag} <span class="quiet">{m.text}</span></th>
-            <td class="n">{m.known ? target(m.before, m.unit) : "not known"}</td><td aria-label="to">→</td>
-            <td class="n"><b>{target(m.after, m.unit)}</b></td>
+            <td class="n">{before}</td><td aria-label="to">→</td>
+            <td class="n"><b>{after}</b></td>
             <td class="quiet">{m.rate === null ? "at once" : `${amount(m.rate, m.unit === "1" ? "" : m.unit, 2)}/s`}</td>
           </tr>))}
         </tbody>
       </table>
-      {kept.length > 0 && <p class="quiet">Stays as it is: {kept.map((m) => `${m.tag} ${target(m.after, m.unit)}`).join(", ")}</p>}
+      {kept.length > 0 && <p class="quiet">Stays as it is: {kept.map((m) => `${m.tag} ${fromTo(m)[1]}`).join(", ")}</p>}
+    </>
+  );
+}
+
+// Everything that would be written: at once, and then step by step with what must hold before.
+export function Steps({ proposal }: { proposal: Proposal }) {
+  return (
+    <>
+      {proposal.moves.length > 0 && <Moves moves={proposal.moves} />}
+      {proposal.later.map((s, k) => <div key={k} class="step"><p>Then, when <code>{s.guard}</code>: {s.state}</p>
+        {s.moves.length > 0 ? <Moves moves={s.moves} /> : <p class="quiet">Nothing more is commanded.</p>}</div>)}
     </>
   );
 }
@@ -90,14 +93,16 @@ function Safe({ card }: { card: Card }) {
     return left.margins[0] ? <Worst m={left.margins[0]} members={left.members} />
       : <><p class="big">{signed(left.margin, "1")} at worst</p><p class="quiet">Of which limit this record does not say.</p></>;
   }
-  return <p class="big quiet">Nothing was judged yet</p>;
+  return <p class="big quiet">{card.refused.length ? "Nothing passed the checks" : "Nothing was judged yet"}</p>;
 }
 
+// Most commands that stand in the answer; one more rather than "and 1 more".
+const CHIPS = 3;
+
 function Answers({ card, now }: { card: Card; now: Moment }) {
-  const p = card.proposal, o = now.overview;
-  const left = o?.act_by_s == null ? null : o.act_by_s - now.at_s;
+  const p = card.proposal, left = now.overview.left, time = timeOf(left, now.at_s);
   const acted = card.acted[0];
-  const moves = p?.moves.filter(moved).slice(0, 3) ?? [];
+  const moves = p?.moves.filter(moved) ?? [], more = moves.length - CHIPS, later = p?.later.length ?? 0;
   return (
     <div class="answers">
       <div>
@@ -111,7 +116,8 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
         {acted ? <><p class="big">■ Fallback ‘{acted.strategy}’ acted</p><p>{acted.reason}</p></>
           : p ? <>
             <p class="big">{p.path.length ? `Go to ${p.path[p.path.length - 1]}` : p.what}{p.seconds > 0 && ` for ${span(p.seconds)}`}</p>
-            <p>{moves.map((m) => <span class="chip" key={m.tag}>{m.tag} {m.known ? (m.before === null ? "automatic" : amount(m.before)) : "?"} → <b>{m.after === null ? "automatic" : amount(m.after, m.unit)}</b></span>)}</p>
+            <p>{moves.slice(0, more > 1 ? CHIPS : CHIPS + 1).map((m) => [m, ...fromTo(m)] as const).map(([m, before, after]) => <span class="chip" key={m.tag}>{m.tag} {before} → <b>{after}</b></span>)}
+              {more > 1 && <b class="chip">and {more} more</b>}{later > 0 && <b class="chip">then {later} {later === 1 ? "step" : "steps"} more</b>}</p>
             <p class="status">{p.status}{p.released_s !== null && ` since ${moment(p.released_s)}`}</p>
           </> : card.let_be ? <><p class="big">Leave it alone</p>
             <p>{card.let_be.margin >= 0 ? `Without action every check holds in ‘${card.let_be.state}’` : "To act would cost more"}, judged at {moment(card.let_be.at_s)}.</p></>
@@ -124,9 +130,10 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
       </div>
       <div>
         <h2 class="question">How long is left</h2>
-        {left !== null ? <><p class="big">{span(left)}</p><p>Then fallback ‘{o?.fallback}’ acts, at {moment(o!.act_by_s!)}.</p></>
-          : <p class="big quiet">No deadline</p>}
-        <TimeLeft card={card} at={now.at_s} />
+        {time !== null ? <p class="big">{time} <span class="quiet">{left.title}</span></p>
+          : <p class={left.until === "beyond" ? "big bad" : "big quiet"}>{left.until === "beyond" ? "■ " : ""}{left.title.charAt(0).toUpperCase() + left.title.slice(1)}</p>}
+        {left.text && <p>{left.text}</p>}
+        {left.until !== "beyond" && <TimeLeft card={card} at={now.at_s} />}
         {card.alone && !card.foresight && <p>If nothing is done: {card.alone}</p>}
       </div>
     </div>
@@ -210,8 +217,7 @@ export function EpisodeCard({ run, me, now, decision }: { run: Run; me: Me; now:
       {decision}
       {p && <div class="part wide"><h2>Proposal <span class="quiet">by {p.proposer} at {moment(p.at_s)}: {p.path.join(" → ")}</span></h2>
         {p.reasons.map((r) => <blockquote key={r}>{r}</blockquote>)}
-        {p.moves.length > 0 && <Moves moves={p.moves} />}
-        {p.later.map((s, k) => <div key={k} class="step"><p>Then, when <code>{s.guard}</code>: {s.state}</p><Moves moves={s.moves} /></div>)}
+        <Steps proposal={p} />
         <Margins proposal={p} /></div>}
       {!p && !card.acted[0] && card.let_be && card.let_be.margins.length > 0 && <div class="part wide"><h2>Without action <span class="quiet">in ‘{card.let_be.state}’, judged at {moment(card.let_be.at_s)}</span></h2>
         <Margins proposal={card.let_be} /></div>}

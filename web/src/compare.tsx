@@ -5,17 +5,17 @@ import uPlot from "uplot";
 import { readable } from "./grip";
 import { colour } from "./trends";
 import { ask, type Moment, type Run, type Trend } from "./told";
-import { amount, distance, LEVELS, moment, percent, span } from "./words";
+import { amount, distance, fromTo, LEVELS, moment, moved, percent, span } from "./words";
 
 const NAMES = ["A", "B"] as const;
 
 function Standing({ name, run, now, at }: { name: string; run: Run; now: Moment | null; at: number }) {
   const card = now?.card, p = card?.proposal, o = now?.overview, worst = p?.margins[0];
   const rows: [string, string][] = !now || !o ? [] : [
-    ["State", o.state || "–"], ["Mode", o.mode || "–"],
+    ...(run.altered ? [["Record", `■ ALTERED: ${run.altered}`] as [string, string]] : []), ["State", o.state || "–"], ["Mode", o.mode || "–"],
     ["Alarm", o.alarm ? `${LEVELS[o.level]?.mark ?? ""} ${o.alarm}` : "nothing is wrong"],
     ["Believed", card ? `${card.headline}${card.probability === null ? "" : `, ${percent(card.probability)}`}` : "–"],
-    ["Proposed", p ? `${p.path.length ? p.path[p.path.length - 1] : p.what} by ${p.proposer}: ${p.moves.filter((m) => !m.known || m.before !== m.after).map((m) => `${m.tag} → ${m.after === null ? "automatic" : amount(m.after, m.unit)}`).join(", ")}` : "–"],
+    ["Proposed", p ? `${p.path.length ? p.path[p.path.length - 1] : p.what} by ${p.proposer}: ${p.moves.filter(moved).map((m) => `${m.tag} → ${fromTo(m)[1]}`).join(", ")}` : "–"],
     ["Its status", p?.status ?? "–"],
     ["Worst margin", worst ? `${distance(worst.margin, worst.unit, worst.term)}, ${worst.text || worst.name}: ${worst.term || worst.formula}` : "–"],
     ["Cost of what was chosen", card ? card.choices.filter((c) => c.chosen).map((c) => `${c.cost.toFixed(1)} ${card.currency}`)[0] ?? "–" : "–"],
@@ -66,7 +66,7 @@ function Overlay({ runs, tag, at, offset, theme }: { runs: [Run, Run]; tag: stri
 
 export function Compare({ run, now, theme, seek }: { run: Run; now: Moment; theme: string; seek: (at: number) => void }) {
   const [other, setOther] = useState<Run | null>(null), [there, setThere] = useState<Moment | null>(null), [failed, fail] = useState("");
-  const [aligned, align] = useState(false), [tags, setTags] = useState<string[]>(() => (run.panels[0]?.tags ?? []).slice(0, 1));
+  const [aligned, align] = useState(false), [chosen, setTags] = useState<string[]>(() => (run.panels[0]?.tags ?? []).slice(0, 1));
   const offset = aligned && other?.begins_s != null && run.begins_s !== null ? other.begins_s - run.begins_s : 0;
   const at = now.at_s, whole = Math.round(at);
   useEffect(() => { ask<Run>("/api/other/run").then(setOther, (e: Error) => fail(e.message)); }, []);
@@ -78,10 +78,12 @@ export function Compare({ run, now, theme, seek }: { run: Run; now: Moment; them
   if (failed) return <section class="wide"><p class="warn" role="alert">△ {failed}</p></section>;
   if (!other) return <section class="wide"><p class="quiet">Reading the other run …</p></section>;
   const both = run.tags.filter((t) => other.tags.some((u) => u.name === t.name) && !/\.(err|rate|travel)$/.test(t.name));
+  const tags = chosen.filter((t) => both.some((u) => u.name === t)), differ = other.title !== run.title;
   const lines = [run.lines.map((l) => ({ ...l, k: 0, on: l.at_s })), other.lines.map((l) => ({ ...l, k: 1, on: l.at_s - offset }))].flat().filter((l) => l.on <= at).sort((a, b) => b.on - a.on).slice(0, 80);
   return (
     <section id="compare" class="wide" tabIndex={-1} aria-label="Two runs">
       <h2>Two runs on one time axis <span class="quiet">at {moment(at)}{offset !== 0 && `; B is shown ${span(Math.abs(offset))} ${offset > 0 ? "earlier" : "later"} than it was`}</span></h2>
+      {differ && <p class="notice" role="status">△ These are runs of different plants, {both.length ? "of which only tags with the same name are drawn: one name may be two things" : "which have no tag in common: no trend can be drawn over another"}.</p>}
       <p class="filters">{run.begins_s !== null && other.begins_s !== null && <label class="auto"><input type="checkbox" checked={aligned} onChange={(e) => align(e.currentTarget.checked)} /> the first symptom of both at the same place</label>}
         <label>Add a tag <select value="" onChange={(e) => e.currentTarget.value && setTags([...tags, e.currentTarget.value])}><option value="">choose</option>
           {both.filter((t) => !tags.includes(t.name)).map((t) => <option key={t.name} value={t.name}>{t.name}: {t.text}</option>)}</select></label>

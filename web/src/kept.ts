@@ -46,7 +46,7 @@ export function momentAt(at: number, k: Kept = held!): Moment {
   return {
     at_s: at, sampled_s: n < 0 ? at : read!.times_s[n]!, values: n < 0 ? {} : Object.fromEntries(Object.entries(read!.signals).map(([tag, v]) => [tag, v[n] ?? null])),
     quality: k.pool[m[3]] as Moment["quality"], targets: k.pool[m[4]] as Moment["targets"], violated: broken?.[1] ?? [],
-    fresh: null, overview: part(m[2], k.pool), card: part(m[1], k.pool), told: k.pool[m[6]] as Moment["told"],
+    fresh: null, overview: part<Moment["overview"]>(m[2], k.pool)!, whole: true, card: part(m[1], k.pool), told: k.pool[m[6]] as Moment["told"],
   };
 }
 

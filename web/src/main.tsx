@@ -17,7 +17,7 @@ import { SPEEDS, usePlayer, type Player } from "./player";
 import { Decision, OrderDialog, Orders, approving, mayOrder, offered, rejecting, type Asked } from "./orders";
 import { SignIn, Who } from "./people";
 import { isKept, load } from "./kept";
-import { ask, Refused, type Line, type Me, type Run } from "./told";
+import { ask, Refused, whenSignedOut, type Line, type Me, type Run } from "./told";
 import { TrendChart } from "./trends";
 import { moment, span } from "./words";
 
@@ -98,7 +98,7 @@ function jump(id: string) {
 function useMe(): [Me | null, (me: Me) => void, () => void] {
   const [me, setMe] = useState<Me | null>(null);
   const look = useCallback(() => void ask<Me>("/api/me").then(setMe, () => {}), []);
-  useEffect(() => { look(); const again = setInterval(look, 60_000); return () => clearInterval(again); }, []);
+  useEffect(() => { whenSignedOut(look); look(); const again = setInterval(look, 60_000); return () => clearInterval(again); }, []);
   return [me, setMe, look];
 }
 
@@ -133,11 +133,11 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
   const told = useRef(0);
   useEffect(() => {
     if (run && !run.closed && performance.now() - told.current > 3000) { told.current = performance.now(); void reload(); }
-  }, [now?.overview, now && Math.floor(now.at_s / 30)]);
+  }, [now?.told, now && Math.floor(now.at_s / 30)]);
   const trends = useMemo(() => run?.panels ?? [], [run]);
   if (failed && !run) return <p class="big" role="alert">■ The console does not answer: {failed}</p>;
   if (!run || !now) return <p class="big quiet">Reading the run …</p>;
-  document.title = `${now.overview?.alarm ? "△ " : ""}${run.title}`;
+  document.title = `${now.overview.alarm ? "△ " : ""}${run.title}`;
   const writable = run.tags.filter((t) => now.targets[t.name] !== undefined).map((t) => t.name);
   return (
     <>
@@ -146,7 +146,8 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
       <Freshness run={run} player={player} />
       <Transport run={run} player={player} theme={theme} turn={turn} />
       <nav class="views" aria-label="Views">{VIEWS.filter(([name]) => (name !== "trends" || run.measured) && (name !== "ask" || !isKept()) && (name !== "compare" || run.beside)).map(([name, text, key]) => (
-        <button type="button" key={name} aria-pressed={view === name} title={key} onClick={() => show(name)}>{text}{name === "alarms" && now.overview?.folded.length ? ` (${now.overview.folded.length})` : ""}</button>))}</nav>
+        <button type="button" key={name} aria-pressed={view === name} title={key} onClick={() => show(name)}>{text}{name === "alarms" && now.overview.folded.length ? ` (${now.overview.folded.length})` : ""}</button>))}</nav>
+      {run.altered && <p class="stale" role="alert"><b>■ ALTERED.</b> {run.altered}. Nothing after {moment(run.last_s)} is shown: nobody knows what was so then.</p>}
       {run.notice && <p class={run.live || isKept() ? "notice calm" : "notice"} role="status">{run.live || isKept() ? "" : "△ "}{run.notice}</p>}
       {helped && <p class="notice">Space: play or pause. ← →: 10 s, with Shift 60 s. Home, End. + −: speed. e: first symptom. t: theme. a: approve, r: reject. 1 card, 2 readings, 3 trends, 4 plant, 5 events. 6 alarms, 7 trends of any tags, 8 journal, 9 what if, c two runs, 0 back.</p>}
       <main class={`${run.measured && view === "plant" ? "" : "single"} ${now.fresh?.old || player.silent_s || player.lost ? "old" : ""}`}>

@@ -3,7 +3,8 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { ask, Refused, send, type Came, type Card, type Me, type Moment, type Offer, type Proposal } from "./told";
-import { amount, distance, moment, span } from "./words";
+import { Steps } from "./card";
+import { distance, moment, span } from "./words";
 
 export interface Asked {
   verb: string; subject: string; digest: string; title: string; button: string; reason: "needed" | "welcome";
@@ -17,7 +18,7 @@ export function mayOrder(me: Me): boolean {
 // The request that waits and is the one on the card: nothing else can be approved from it.
 export function offered(card: Card | null, now: Moment): Offer | undefined {
   const digest = card?.proposal?.digest;
-  return digest ? now.overview?.offers.find((o) => o.digest === digest) : undefined;
+  return digest ? now.overview.offers.find((o) => o.digest === digest) : undefined;
 }
 
 export function approving(offer: Offer, proposal: Proposal): Asked {
@@ -33,9 +34,7 @@ function Shown({ proposal }: { proposal: Proposal }) {
   const worst = proposal.margins[0];
   return (
     <div class="about">
-      <ul>{proposal.moves.filter((m) => !m.known || m.before !== m.after).map((m) => (
-        <li key={m.tag}><b>{m.tag}</b> {m.known ? (m.before === null ? "automatic" : amount(m.before, m.unit)) : "?"} → <b>{m.after === null ? "automatic" : amount(m.after, m.unit)}</b> <span class="quiet">{m.text}</span></li>))}
-      </ul>
+      <div class="scroll" tabIndex={0} role="region" aria-label="What would be written"><Steps proposal={proposal} /></div>
       {worst && <p>{distance(worst.margin, worst.unit, worst.term)} at worst: {worst.text || worst.name}, <code>{worst.term || worst.formula}</code>, after {span(worst.at_s)}, in member {worst.member}</p>}
       <p class="quiet">Digest <code>{proposal.digest.slice(0, 16)}</code></p>
     </div>
@@ -69,7 +68,7 @@ export function OrderDialog({ asked, me, now, close }: { asked: Asked; me: Me; n
   const away = asked.proven && me.by_sign_on, about = { id, verb: asked.verb, subject, digest: asked.digest };
   const proven = useProof(about, away && state.kind !== "came" && (!asked.choices || subject !== ""));
   // What was carried out does not wait any more, either: who has lost the answer may ask for it all the same.
-  const gone = !lost && asked.proposal !== undefined && !now.overview?.offers.some((o) => o.request === asked.subject && o.digest === asked.proposal!.digest);
+  const gone = !lost && asked.proposal !== undefined && !now.overview.offers.some((o) => o.request === asked.subject && o.digest === asked.proposal!.digest);
   const submit = async (e: Event) => {
     e.preventDefault();
     set({ kind: "going" });
@@ -94,7 +93,7 @@ export function OrderDialog({ asked, me, now, close }: { asked: Asked; me: Me; n
           {asked.choices && <label>{asked.label} <select required value={subject} onChange={(e) => choose(e.currentTarget.value)}>
             <option value="">choose</option>{asked.choices.map(([value, text]) => <option key={value} value={value}>{text}</option>)}</select></label>}
           {asked.minutes !== undefined && <label>For how many minutes (480 at most) <input type="number" min={1} max={480} required value={minutes} onInput={(e) => last(Number(e.currentTarget.value))} /></label>}
-          <label>Reason{asked.reason === "needed" ? "" : " (if any)"} <textarea ref={reason} rows={2} maxLength={400} required={asked.reason === "needed"} /></label>
+          <label>Reason{asked.reason === "needed" ? "" : " (if any)"} <textarea ref={reason} rows={2} maxLength={400} required={asked.reason === "needed"} autofocus={asked.proposal !== undefined} /></label>
           {away && <p>{proven ? <b role="status">✓ {me.sign_on} says that it is you.</b>
             : asked.choices && !subject ? <span class="quiet">{me.sign_on} is asked who you are once something is chosen.</span>
             : <a class="button" href={`/oidc/prove?${new URLSearchParams(about)}`} target="_blank" rel="noopener">Show {me.sign_on} that it is you, {me.name} (opens a window)</a>}</p>}
@@ -123,7 +122,7 @@ const MODES: [string, string][] = [
 
 export function Orders({ me, now, tags, order }: { me: Me; now: Moment; tags: string[]; order: (asked: Asked) => void }): ComponentChildren {
   const o = now.overview;
-  if (!o || !mayOrder(me) || o.finished) return null;
+  if (!mayOrder(me) || o.finished) return null;
   const engineer = me.access === "engineer", out = new Set(o.out_of_service.map(([tag]) => tag));
   const plain = { digest: "", subject: "", proven: true };
   const writes = o.mode === "approve" || o.mode === "closed-loop";

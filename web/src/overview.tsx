@@ -1,7 +1,7 @@
 // The first line: what is wrong, in which mode and state, how long is left, what is waited for.
 
 import type { Moment } from "./told";
-import { LEVELS, moment, span } from "./words";
+import { LEVELS, moment, timeOf } from "./words";
 
 function Fact({ name, children, strong }: { name: string; children: preact.ComponentChildren; strong?: boolean }) {
   return <div class={strong ? "fact strong" : "fact"}><dt>{name}</dt><dd>{children}</dd></div>;
@@ -9,9 +9,8 @@ function Fact({ name, children, strong }: { name: string; children: preact.Compo
 
 export function OverviewLine({ title, now }: { title: string; now: Moment }) {
   const o = now.overview;
-  if (!o) return null;
   const level = LEVELS[o.level] ?? LEVELS.normal!;
-  const left = o.act_by_s === null ? null : o.act_by_s - now.at_s;
+  const time = timeOf(o.left, now.at_s);
   return (
     <section class={`overview ${o.level}`} aria-label="Overview" aria-live="polite">
       <h1>{title}</h1>
@@ -35,8 +34,8 @@ export function OverviewLine({ title, now }: { title: string; now: Moment }) {
         <Fact name="Mode">{o.mode || "–"}{o.requested !== o.mode && <b class="warn"> △ requested: {o.requested}</b>}
           {o.shed && <b class="warn"> △ the plant takes no commands: {o.shed}</b>}</Fact>
         <Fact name="State">{o.state || "–"}</Fact>
-        <Fact name="Time left" strong={left !== null}>
-          {left === null ? "no deadline" : <>{span(left)}<span class="quiet"> until fallback ‘{o.fallback}’</span></>}
+        <Fact name="Time left" strong={time !== null || o.left.until === "beyond"}>
+          {time === null ? `${o.left.until === "beyond" ? "■ " : ""}${o.left.title}` : <>{time}<span class="quiet"> {o.left.title}</span></>}
         </Fact>
         <Fact name="Waiting for">{o.waiting}</Fact>
         {o.latched && <Fact name="Latched" strong>■ {o.latched}</Fact>}

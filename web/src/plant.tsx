@@ -2,7 +2,7 @@
 
 import { useMemo, useRef, useState } from "preact/hooks";
 import type { Box, Moment, Run, Sheet, Tag } from "./told";
-import { amount, span } from "./words";
+import { reading, span } from "./words";
 
 type Sign = "" | "unusual" | "violated" | "poor";
 
@@ -30,7 +30,7 @@ function age(tag: Tag, now: Moment): string {
 
 export function Indicators({ run, now }: { run: Run; now: Moment }) {
   const shown = run.tags.filter((t) => t.role === "PV" && !/\.(err|rate|travel)$/.test(t.name));
-  const out = new Map(now.overview?.out_of_service ?? []), doubts = doubted(run, now);
+  const out = new Map(now.overview.out_of_service), doubts = doubted(run, now);
   return (
     <ul class="indicators">{shown.map((t) => <Indicator key={t.name} tag={t} now={now} out={out.get(t.name)} doubt={doubts.get(t.name)} />)}</ul>
   );
@@ -46,7 +46,7 @@ function Indicator({ tag, now, out, doubt }: { tag: Tag; now: Moment; out: strin
   return (
     <li class={`indicator ${wrong}`} title={tag.text}>
       <span class="name">{tag.name}</span>
-      <svg viewBox="0 0 200 22" role="img" aria-label={`${tag.name} ${amount(value, tag.unit)}`}>
+      <svg viewBox="0 0 200 22" role="img" aria-label={`${tag.name} ${reading(value, tag)}`}>
         <rect x="4" y="8" width="192" height="6" class="track" />
         {tag.usual && <rect x={at(tag.usual[0])} y="6" width={Math.max(2, at(tag.usual[1]) - at(tag.usual[0]))} height="10" class="usual" />}
         {tag.limits.map((l) => <g key={`${l.name}${l.value}`} class={l.hard ? "limit hard" : "limit"}><title>{l.text}</title>
@@ -55,7 +55,7 @@ function Indicator({ tag, now, out, doubt }: { tag: Tag; now: Moment; out: strin
         {typeof setpoint === "number" && <path d={`M${at(setpoint)} 15l4 6h-8z`} class="setpoint"><title>setpoint</title></path>}
         {typeof value === "number" && <path d={`M${at(value)} 7l-5 -7h10z M${at(value) - 0.75} 6h1.5v10h-1.5z`} class="pointer" />}
       </svg>
-      <span class="value">{MARKS[wrong] && <span class="mark">{MARKS[wrong]} </span>}{amount(value, tag.unit)}</span>
+      <span class="value">{MARKS[wrong] && <span class="mark">{MARKS[wrong]} </span>}{reading(value, tag)}</span>
       {(quality || out !== undefined || age(tag, now)) && (
         <span class="poor">{quality ? `${quality[0]}: ${quality[1]}` : ""}{out !== undefined ? " out of service" : ""}{age(tag, now)}</span>)}
       {doubt !== undefined && <span class="poor">▲ not to be trusted: {doubt}</span>}
@@ -173,7 +173,7 @@ function Shape({ box, tags, now, suspects, part }: { box: Box; tags: Map<string,
             {line.bubble && <rect x={box.x + 9} y={y - 12} width={inside} height={15} rx={7.5} class={suspect ? "bubble suspect" : "bubble"} />}
             {line.bubble && <text x={box.x + 9 + inside / 2} y={y} text-anchor="middle">{bubble}</text>}
             <text x={box.x + 9 + (inside ? inside + 5 : 0)} y={y} class={line.title ? "title" : ""}>{line.text}</text>
-            {tag && <text x={box.x + box.width - 9} y={y} text-anchor="end" class="reading">{MARKS[wrong]} {amount(now.values[tag.name], tag.unit)}</text>}
+            {tag && <text x={box.x + box.width - 9} y={y} text-anchor="end" class="reading">{MARKS[wrong]} {reading(now.values[tag.name], tag)}</text>}
           </g>);
       })}
     </g>

@@ -38,7 +38,7 @@ export function usePlayer(run: Run | null, refused: () => void): Player {
   const latest = useRef(0), asked = useRef(0);
   const take = useCallback((m: Moment) => {
     latest.current = m.at_s;
-    setNow((old) => (m.overview || !old ? m : { ...m, overview: old.overview, card: old.card, told: old.told }));
+    setNow((old) => (m.whole || !old ? m : { ...m, card: old.card, told: old.told }));
   }, []);
   const look = useCallback(async (at: number) => {
     const mine = ++asked.current;
@@ -53,7 +53,7 @@ export function usePlayer(run: Run | null, refused: () => void): Player {
     if (!run || begun.current) return;
     begun.current = true;
     const hash = Number(location.hash.replace("#t=", ""));
-    const begin = Number.isFinite(hash) && location.hash ? hash
+    const begin = Number.isFinite(hash) && location.hash ? Math.min(Math.max(0, hash), run.last_s)
       : run.live ? run.last_s : run.decided_s ?? run.begins_s ?? run.last_s;
     void look(begin);
     setFrom(begin);

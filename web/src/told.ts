@@ -18,13 +18,14 @@ export interface Line { at_s: number; label: string; text: string; tone: string 
 export interface Run {
   title: string; notice: string; live: boolean; closed: boolean; attached: boolean; measured: boolean; last_s: number;
   begins_s: number | null; decided_s: number | null; tags: Tag[]; panels: Panel[]; sheet: Sheet | null; lines: Line[];
-  beside: boolean; model: string;
+  beside: boolean; model: string; altered: string;
 }
 
 export interface Raised { alarm: string; cause: string; priority: string; since_s: number; acknowledged: boolean }
+export interface TimeLeft { until: string; from_s: number | null; to_s: number | null; title: string; text: string }
 export interface Overview {
   mode: string; requested: string; shed: string; state: string; level: string; alarm: string; alarm_s: number | null;
-  folded: Raised[]; act_by_s: number | null; fallback: string; waiting: string; latched: string;
+  folded: Raised[]; left: TimeLeft; fallback: string; waiting: string; latched: string;
   out_of_service: [string, string][]; shelved: number; finished: string; offers: Offer[];
 }
 export interface Offer { request: string; digest: string; proposer: string; since_s: number; void_s: number }
@@ -79,7 +80,7 @@ export interface Card {
 export interface Moment {
   at_s: number; sampled_s: number; values: Record<string, number | null>;
   quality: Record<string, [string, string]>; targets: Record<string, number | null>; violated: string[];
-  fresh: Fresh | null; overview: Overview | null; card: Card | null; told: { heading: string; text: string }[];
+  fresh: Fresh | null; overview: Overview; whole: boolean; card: Card | null; told: { heading: string; text: string }[];
 }
 export interface Fresh { age_s: number | null; old: boolean; trouble: string; thinking: string }
 export interface Trend { times_s: number[]; series: [string, (number | null)[]][] }
@@ -103,6 +104,10 @@ export class Refused extends Error {
   constructor(text: string, readonly status: number, readonly unknown = false) { super(text); }
 }
 
+// Whoever asks, and whatever for: that the session is over is heard here.
+let over = () => {};
+export function whenSignedOut(then: () => void): void { over = then; }
+
 async function answered<T>(path: string, init?: RequestInit): Promise<T> {
   let answer: Response, content: { error?: string; unknown?: boolean };
   try {
@@ -111,6 +116,7 @@ async function answered<T>(path: string, init?: RequestInit): Promise<T> {
   } catch {
     throw new Refused("no answer came", 0, true);
   }
+  if (answer.status === 401) over();
   if (!answer.ok) throw new Refused(content.error ?? answer.statusText, answer.status, content.unknown ?? false);
   return content as T;
 }

@@ -1,5 +1,7 @@
 // How numbers and times are put to people.
 
+import type { Move, TimeLeft } from "./told";
+
 export function amount(value: number | null | undefined, unit = "", digits = 4): string {
   if (value === null || value === undefined) return "–";
   const text = Math.abs(value) < 1e-12 ? "0" : Number(value.toPrecision(digits)).toString();
@@ -13,6 +15,42 @@ export function signed(value: number, unit: string): string {
 // A margin. Formulas with several units tell which comparison it is of; records that are older do not, and count in scales of the tags.
 export function distance(value: number, unit: string, term: string): string {
   return unit === "1" && !term ? `${signed(value, "1")} times what counts` : signed(value, unit);
+}
+
+// What an instrument says: less than half a thousandth of its range is nothing, and no digit is finer than a ten-thousandth.
+export function reading(value: number | null | undefined, tag: { unit: string; low: number; high: number }): string {
+  const wide = tag.high - tag.low;
+  if (value === null || value === undefined || !(wide > 0)) return amount(value, tag.unit);
+  if (Math.abs(value) < wide / 2000) return amount(0, tag.unit);
+  const finest = 10 ** Math.floor(Math.log10(wide / 1e4));
+  return amount(Math.round(value / finest) * finest, tag.unit);
+}
+
+function aim(value: number | null, unit: string, digits: number): string {
+  return value === null ? "automatic" : amount(value, unit, digits);
+}
+
+// From and to of a command, with as many digits as it takes to tell them apart.
+export function fromTo(m: Move): [string, string] {
+  for (let digits = 4; m.known && digits <= 7; digits++) {
+    const before = aim(m.before, "", digits), after = aim(m.after, "", digits);
+    if (before !== after) return [aim(m.before, m.unit, digits), aim(m.after, m.unit, digits)];
+  }
+  return [m.known ? aim(m.before, m.unit, 4) : "not known", aim(m.after, m.unit, 4)];
+}
+
+// What is commanded and is not where it is already; a difference that no instrument shows is none.
+export function moved(m: Move): boolean {
+  const [before, after] = fromTo(m);
+  return before !== after;
+}
+
+// How long is left, in words; null where what is to come has no time.
+export function timeOf(left: TimeLeft, at: number): string | null {
+  if (left.from_s === null || left.to_s === null || !["fallback", "limit"].includes(left.until)) return null;
+  const first = span(left.from_s - at), last = span(left.to_s - at);
+  if (left.to_s - at < 0.5) return "now";
+  return left.from_s - at < 0.5 ? `at any moment, within ${last}` : first === last ? first : `${first} to ${last}`;
 }
 
 export function percent(share: number): string {

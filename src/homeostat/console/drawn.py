@@ -13,8 +13,11 @@ from homeostat.plants.page.flowsheet import flowsheet_figure
 from homeostat.plants.page.layers import Corrections
 from homeostat.record.figure.limits import thresholds
 from homeostat.record.figure.panel import LinePanel
+from homeostat.stl.formula import FormulaError
 from homeostat.stl.tree import Or
 
+_HELD_TICKS = 10
+"""For so many ticks a reading that was beyond a hard limit counts as being there: noise takes it in and out."""
 _ROOM = "  000.000 mmm"
 """Text as wide as a reading with its unit, for which a line leaves room."""
 
@@ -144,6 +147,35 @@ def violated(values: Mapping[str, float], plant: PlantDescription) -> tuple[str,
     """Names of the limits and envelopes that ``values`` violate; what they leave open is not violated."""
     judged = (limit for limit in plant.limits.limits if limit.kind is not LimitKind.PERMISSIVE)
     return tuple(limit.name for limit in judged if limit.formula.margin_at(values) < 0.0)
+
+
+def lately_violated(
+    readings: Readings | None, sampled_s: float, plant: PlantDescription, started_s: float | None
+) -> tuple[str, ...]:
+    """Names of the hard limits that the readings up to ``sampled_s`` [s] violate, or did within the last ticks.
+
+    What goes in and out of a limit with the noise is beyond it. Nothing counts before ``started_s``, the end of
+    start-up [s]; None where that is not over.
+    """
+    if readings is None or started_s is None:
+        return ()
+    part = readings.between(max(sampled_s - held_s(plant), started_s), sampled_s)
+    signals = {tag: values[part] for tag, values in readings.signals.items()}
+    found = []
+    for limit in plant.limits.hard:
+        if part.start < part.stop and limit.formula.tags <= signals.keys():
+            try:
+                margins = limit.formula.margins({t: signals[t] for t in limit.formula.tags}, readings.dt_s)[0]
+            except FormulaError:
+                continue
+            if (margins < 0.0).any():
+                found.append(limit.name)
+    return tuple(found)
+
+
+def held_s(plant: PlantDescription) -> float:
+    """How long a reading that was beyond a hard limit counts as being there [s]."""
+    return _HELD_TICKS * plant.timing.tick_s
 
 
 def drawn_panels(plant: KnownPlant) -> tuple[DrawnPanel, ...]:

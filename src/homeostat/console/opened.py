@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from homeostat.console.card.card import Card
 from homeostat.console.readings import Gathered, Readings, ReadingsError
 from homeostat.console.situation import Situation, situation
 from homeostat.console.watched import Fresh, Watched
@@ -73,8 +74,12 @@ class OpenedRun:
         self._story: Story | None = None
         self._untold = ""
         self._stood = (0, Situation())
+        self.made: tuple[int, Card | None] = (-1, None)
+        """Of how many events a card was made last, and what it is."""
         self.trouble = ""
         """Why the record cannot be read further; empty where it can."""
+        self.altered = ""
+        """Which line of the journal does not follow the one before; empty where all do."""
         self._begin()
         self.refresh()
 
@@ -112,9 +117,13 @@ class OpenedRun:
 
     @property
     def last_s(self) -> float:
-        """The latest process time that something is known of [s]."""
+        """The latest process time that something is known of [s].
+
+        That is the last line that follows the one before where the journal was altered: what readings later than it
+        were taken under is not known.
+        """
         told = self._entries[-1].at_s if self._entries else 0.0
-        readings = self.readings
+        readings = None if self.altered else self.readings
         return max(told, readings.last_s if readings else 0.0)
 
     def refresh(self) -> bool:
@@ -174,10 +183,10 @@ class OpenedRun:
         """Nothing was read yet."""
         self._entries, self._lines, self._untold = [], [], ""
         self._story = Story(self.plant.description)  # a directory may be called after what is wrong
-        self._stood = 0, Situation()
+        self._stood, self.made = (0, Situation()), (-1, None)
 
     def _read(self) -> None:
-        trouble = ""
+        trouble = self.altered = ""
         try:
             for record in self._tail.more():
                 event = decode(record)
@@ -194,6 +203,8 @@ class OpenedRun:
                         self._untold = f"event {record.seq} cannot be told in the plant's words: {error!r}"
         except DecodeError as error:  # what follows it is read all the same
             self._untold = self._untold or str(error)
-        except (BrokenChain, OSError) as error:
+        except BrokenChain as error:
+            trouble = self.altered = str(error)
+        except OSError as error:
             trouble = str(error)
         self.trouble = trouble or self._untold

@@ -1,20 +1,18 @@
 """One line that says where a plant stands."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from homeostat.console.card.card import Card
-from homeostat.console.card.proposal import ADVISED, state_label
+from homeostat.console.card.proposal import state_label
+from homeostat.console.outlook import Outlook, TimeLeft, Until, outlook
 from homeostat.console.situation import Situation
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.guard import RequestAnswered
-from homeostat.domain.mode import Mode
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.guard.settings import GuardSettings
 
 _ORDER = tuple(Priority)
-_NOBODY_WRITES = frozenset(mode.value for mode in Mode if not mode.writes)
-_THINKS_S = 60.0
-"""After the last sign that recovery works on an answer, how long it is said to do so [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +67,8 @@ class Overview:
     """Since when it stands [s]."""
     folded: tuple[RaisedAlarm, ...]
     """The alarms beneath it, the most urgent first."""
-    act_by_s: float | None
-    """When a fallback acts unless something was released [s]; None for no such time."""
+    left: TimeLeft
+    """How long is left, and until what."""
     fallback: str
     """The fallback that would act; empty for none."""
     waiting: str
@@ -87,8 +85,10 @@ class Overview:
     """Requests that wait for a person, the oldest first."""
 
 
-def overview(now: Situation, card: Card | None, plant: PlantDescription, at_s: float) -> Overview:
-    """The line at ``at_s`` [s], from where the run stands and its card."""
+def overview(
+    now: Situation, card: Card | None, plant: PlantDescription, at_s: float, beyond: Collection[str] = ()
+) -> Overview:
+    """The line at ``at_s`` [s], from where the run stands, its card, and the limits ``beyond`` which readings are."""
     folded = sorted(
         (
             RaisedAlarm(a.alarm, a.cause, a.priority.value, since_s, seen)
@@ -98,18 +98,19 @@ def overview(now: Situation, card: Card | None, plant: PlantDescription, at_s: f
         key=lambda raised: (-_ORDER.index(Priority(raised.priority)), raised.since_s),
     )
     open_card = card if card is not None and card.over_s is None else None
+    ahead = outlook(now, at_s, beyond, open_card is not None, plant)
     return Overview(
         mode=now.mode,
         requested=now.requested,
         shed=now.lease_lost,
         state=state_label(now.state, plant) or state_label(plant.machine.initial.name, plant),
-        level=_level(now, open_card, folded),
-        alarm=_alarm(open_card, folded),
+        level=ahead.level,
+        alarm=_alarm(open_card, folded, ahead),
         alarm_s=open_card.since_s if open_card else folded[0].since_s if folded else None,
         folded=tuple(folded),
-        act_by_s=now.act_by_s,
+        left=ahead.left,
         fallback=now.armed[0] if now.armed and not now.latched else "",
-        waiting=_waiting(now, open_card, at_s),
+        waiting=ahead.waiting,
         latched=now.latched,
         out_of_service=tuple(sorted(now.out_of_service.items())),
         shelved=len(now.shelved & now.alarms.keys()),
@@ -127,43 +128,10 @@ def void_s(offered: RequestAnswered, since_s: float, plant: PlantDescription) ->
     return usual_s if offered.void_s is None else offered.void_s
 
 
-def _level(now: Situation, card: Card | None, folded: list[RaisedAlarm]) -> str:
-    if now.latched or (card and card.acted):
-        return Priority.CRITICAL.value
-    least = [] if card is None else [Priority.HIGH if now.act_by_s is not None else Priority.MEDIUM]
-    found = [*least, *(Priority(raised.priority) for raised in folded)]
-    return max(found, key=_ORDER.index).value if found else "normal"
-
-
-def _alarm(card: Card | None, folded: list[RaisedAlarm]) -> str:
+def _alarm(card: Card | None, folded: list[RaisedAlarm], ahead: Outlook) -> str:
     if card is not None:
         return card.headline
-    return folded[0].cause if folded else ""
-
-
-def _waiting(now: Situation, card: Card | None, at_s: float) -> str:
-    """What happens next, and who has to do something for it."""
-    if now.finished:
-        return "nothing: the run has ended"
-    if now.latched:
-        return "a person: reset the latch"
-    critical = any(alarm.priority is Priority.CRITICAL for alarm, _, _ in now.alarms.values())
-    if critical and now.mode in _NOBODY_WRITES:
-        return f"a person at the plant: in mode {now.mode!r} nothing is written"
-    if now.offered:
-        return "a person: approve or reject the proposal"
-    if now.accepted:
-        return "the plant: take what is being written"
-    if now.waits is not None:
-        waited, until_s = now.waits
-        return f"{waited.follows} at {until_s:.0f} s: waiting costs less than acting now"
-    if now.probe_s is not None and at_s < now.probe_s:
-        return f"what the plant shows until {now.probe_s:.0f} s, which tells explanations apart"
-    if now.thinking_s is not None and at_s - now.thinking_s <= _THINKS_S:
-        return "recovery: it is working on an answer"
-    proposal = None if card is None else card.proposal
-    if proposal is not None and proposal.status == ADVISED and now.mode in _NOBODY_WRITES:
-        return f"a person: in mode {now.mode!r} what is advised is not written"
-    if proposal is not None and proposal.released_s is not None:
-        return "the effect of what was released"
-    return "nothing: the plant is watched"
+    if folded:
+        return folded[0].cause
+    at_a_limit = ahead.left.until in (Until.BEYOND, Until.FALLBACK, Until.LIMIT, Until.PASSED)
+    return "A hard limit is violated or foreseen to be" if at_a_limit else ""

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
+from homeostat.domain.events.foresight import Foreseen
 from homeostat.domain.events.guard import (
     Armed,
     GuardStarted,
@@ -29,20 +30,33 @@ from homeostat.domain.events.recovery import (
     Compared,
     Concluded,
     Diagnosed,
+    FaultsEnded,
     GaveUp,
     NoActionTaken,
     Noticed,
     Probed,
     ReleasedActions,
+    ReleaseRefused,
     Waited,
 )
-from homeostat.domain.events.trips import FallbackActivated, Latched, LatchReset, Shed, Tripped
+from homeostat.domain.events.trips import (
+    FallbackActivated,
+    Latched,
+    LatchReset,
+    Shed,
+    TripLifted,
+    TripLiftEnded,
+    Tripped,
+)
 from homeostat.domain.events.writes import LeaseLost, LeaseTried, TargetsHeld, WriteIntended
 from homeostat.domain.mode import Verb
 from homeostat.domain.recovery import Command
 from homeostat.domain.request import RequestStatus
 from homeostat.journal import Event, RunFinished, RunStarted
 from homeostat.journal.memory import Entry
+
+_ON_THE_WAY = (RequestStatus.RECEIVED, RequestStatus.AUTHORISED, RequestStatus.VERIFIED)
+"""What the guard says of a request that it has not answered yet."""
 
 
 @dataclass(slots=True)
@@ -61,6 +75,8 @@ class Situation:
     """State of the machine; empty before it is told."""
     started: bool = False
     """Whether start-up is over."""
+    started_s: float | None = None
+    """When it was over [s]; None while it lasts."""
     targets: dict[str, float | None] = field(default_factory=dict)
     """Writable tag -> target that it was last given; None for automatic."""
     quality: dict[str, tuple[str, str]] = field(default_factory=dict)
@@ -85,6 +101,18 @@ class Situation:
     """What is waited for, and until when [s]."""
     probe_s: float | None = None
     """Until when the plant is only looked at, to tell explanations apart [s]; None for no such time."""
+    decided: str = ""
+    """Digest of what recovery has chosen and the guard has not answered yet; empty for nothing."""
+    advised: str = ""
+    """Digest of what was advised last and nobody writes; empty for nothing."""
+    lifted: set[str] = field(default_factory=set)
+    """Limits whose reading is beyond them and does not count, because a diagnosis explains it."""
+    outlook: Foreseen | None = None
+    """What the twin says that will happen from here on; None where it has not looked ahead since something was done."""
+    proposed: Foreseen | None = None
+    """What it says that will happen with what was proposed last."""
+    done: tuple[str, float] | None = None
+    """What was done last, ``release`` or the name of a fallback, and when [s]; None for nothing."""
     finished: str = ""
     """How the run ended; empty while it goes on."""
     end_s: float | None = None
@@ -95,7 +123,7 @@ def situation(entries: Iterable[Entry], before: Situation | None = None) -> Situ
     """Where a run stands after ``entries``, which follow on where it stood ``before``; that stays as it is."""
     now = Situation() if before is None else _copied(before)
     for entry in entries:
-        for take in (_of_guard, _of_people, _of_recovery):
+        for take in (_of_guard, _of_people, _of_recovery, _ahead):
             take(now, entry.event, entry.at_s)
     return now
 
@@ -109,6 +137,7 @@ def _copied(before: Situation) -> Situation:
         alarms=dict(before.alarms),
         shelved=set(before.shelved),
         offered=dict(before.offered),
+        lifted=set(before.lifted),
     )
 
 
@@ -119,7 +148,7 @@ def _of_guard(now: Situation, event: Event, at_s: float) -> None:
             now.shelved, now.alarms = set(), {}  # and raises what lasts once more
             now.offered, now.accepted = {}, ""  # a guard that begins again knows of no request
         case StartUpEnded():
-            now.started = True
+            now.started, now.started_s = True, at_s
         case StateEntered() | StepTaken() | SequenceLoaded():
             now.state = event.state or now.state
         case TargetsHeld():
@@ -136,7 +165,9 @@ def _of_guard(now: Situation, event: Event, at_s: float) -> None:
                 now.offered[event.request] = (event, at_s)
             now.accepted = event.digest if event.status == RequestStatus.ACCEPTED else ""
             if event.status == RequestStatus.ADVISED:
-                now.thinking_s = None
+                now.thinking_s, now.advised = None, event.digest
+            if event.status not in _ON_THE_WAY:
+                now.decided = ""
         case Armed():
             now.armed, now.act_by_s = event.strategies, event.act_by_s
         case LeaseLost() | Shed():
@@ -181,13 +212,14 @@ def _of_recovery(now: Situation, event: Event, at_s: float) -> None:
         case RunFinished():
             now.finished, now.thinking_s, now.act_by_s = event.outcome, None, None
         case Noticed() | Diagnosed() | Attempted():
-            now.thinking_s, now.waits, now.probe_s = at_s, None, None
+            now.thinking_s, now.waits, now.probe_s, now.decided = at_s, None, None, ""
         case Waited():
-            now.thinking_s, now.waits = None, (event, at_s + event.seconds)
+            now.thinking_s, now.waits, now.decided = None, (event, at_s + event.seconds), ""
         case ReleasedActions() | NoActionTaken():
             now.thinking_s, now.act_by_s = None, None
-        case Compared() if not event.chosen:
-            now.thinking_s = None
+        case Compared():
+            now.decided, now.advised = event.chosen, ""
+            now.thinking_s = now.thinking_s if event.chosen else None
         case Probed() if not event.commands:  # looking on is all there is to it
             now.thinking_s, now.probe_s = None, at_s + event.seconds
         case GaveUp() | Concluded():
@@ -199,6 +231,30 @@ def _of_recovery(now: Situation, event: Event, at_s: float) -> None:
             now.act_by_s = None
         case Latched():
             now.latched, now.act_by_s = event.reason, None
+
+
+def _ahead(now: Situation, event: Event, at_s: float) -> None:
+    """What is foreseen from here on: what was foreseen before something was done is not what is to come."""
+    match event:
+        case GuardStarted():
+            now.lifted = set()
+        case TripLifted():
+            now.lifted.add(event.limit)
+        case TripLiftEnded():
+            now.lifted.discard(event.limit)
+        case Foreseen() if event.digest:
+            now.proposed = event
+        case Foreseen() if now.done is None or now.done[1] < event.from_s - 1.0:
+            now.outlook = event
+        case ReleasedActions():
+            given = now.proposed if now.proposed is not None and now.proposed.digest == event.digest else None
+            now.outlook, now.done, now.advised, now.decided = given, ("release", at_s), "", ""
+        case FallbackActivated():
+            now.outlook, now.done, now.advised, now.decided = None, (event.strategy, at_s), "", ""
+        case FaultsEnded():
+            now.outlook, now.advised, now.done = None, "", None
+        case NoActionTaken() | ReleaseRefused():
+            now.advised = now.decided = ""
 
 
 def _aim(now: Situation, commands: tuple[Command, ...]) -> None:

@@ -6,7 +6,16 @@ from dataclasses import dataclass
 from homeostat.console.card.card import Card
 from homeostat.console.card.episode import card, first_decided_s, first_seen_s, last_episode
 from homeostat.console.card.explanation import Paragraph, explained
-from homeostat.console.drawn import DrawnPanel, DrawnSheet, DrawnTag, drawn_panels, drawn_sheet, drawn_tags, violated
+from homeostat.console.drawn import (
+    DrawnPanel,
+    DrawnSheet,
+    DrawnTag,
+    drawn_panels,
+    drawn_sheet,
+    drawn_tags,
+    lately_violated,
+    violated,
+)
 from homeostat.console.opened import OpenedRun
 from homeostat.console.overview import Overview, overview
 from homeostat.console.watched import Fresh
@@ -51,6 +60,8 @@ class Shown:
     """Its flowsheet."""
     lines: tuple[Line, ...]
     """What happened, line by line."""
+    altered: str = ""
+    """Which line of the journal does not follow the one before, so that nothing later is shown; empty where all do."""
     beside: bool = False
     """Whether another run is shown beside it."""
     model: str = ""
@@ -75,10 +86,12 @@ class Seen:
     """Names of the limits that the readings violate, start-up apart."""
     fresh: Fresh | None
     """How fresh that is; None where it is a run."""
-    overview: Overview | None = None
-    """The line above; None where nothing of it has changed."""
+    overview: Overview
+    """The line above."""
+    whole: bool
+    """Whether card and sentences are told; else they are as they were."""
     card: Card | None = None
-    """The card; None where there is none, or nothing of it has changed."""
+    """The card; None where there is none, or where not the whole is told."""
     told: tuple[Paragraph, ...] = ()
     """The card in sentences."""
 
@@ -95,7 +108,7 @@ def shown(run: OpenedRun) -> Shown:
         until_s = until_s if run.stands(run.last_s).started else -1.0
     healthy = slice(0, 0) if readings is None else readings.between(_settled_s(entries, until_s), until_s)
     closed, going = run.closed, run.attached or run.goes_on()
-    notices = [plant.notice, run.trouble]
+    notices = [plant.notice, "" if run.altered else run.trouble]
     if not closed and not run.attached:
         notices.append(
             "The run goes on; this page follows it."
@@ -118,6 +131,7 @@ def shown(run: OpenedRun) -> Shown:
         panels=drawn_panels(plant),
         sheet=drawn_sheet(plant),
         lines=tuple(run.lines[-_MOST_LINES:]),
+        altered=run.altered,
     )
 
 
@@ -128,17 +142,19 @@ def _settled_s(entries: Sequence[Entry], until_s: float) -> float:
 
 
 def seen(run: OpenedRun, at_s: float, whole: bool = True) -> Seen:
-    """The run at ``at_s`` [s]; overview and card only where the ``whole`` of it is wanted."""
+    """The run at ``at_s`` [s]; card and sentences only where the ``whole`` of it is wanted."""
     readings = run.readings
     sampled_s, values = readings.at(at_s) if readings is not None else (at_s, {})
     now = run.stands(at_s)
     broken = violated(values, run.plant.description) if now.started else ()
-    at = at_s, sampled_s, values, now.quality, now.targets, broken, run.fresh
-    if not whole:
-        return Seen(*at)
-    shown_card = card(recorded(run.until(at_s)[-_MOST_EVENTS:]), run.plant, readings, at_s)
-    told = () if shown_card is None else explained(shown_card)
-    return Seen(*at, overview(now, shown_card, run.plant.description, at_s), shown_card, told)
+    count, (known, one) = run.count(at_s), run.made
+    if whole or known != count:
+        one = card(recorded(run.until(at_s)[-_MOST_EVENTS:]), run.plant, readings, at_s)
+        run.made = count, one
+    beyond = lately_violated(readings, sampled_s, run.plant.description, now.started_s)
+    line = overview(now, one, run.plant.description, at_s, beyond)
+    at = at_s, sampled_s, values, now.quality, now.targets, broken, run.fresh, line
+    return Seen(*at, True, one, () if one is None else explained(one)) if whole else Seen(*at, False)
 
 
 def recorded(entries: Sequence[Entry]) -> RunRecord:

@@ -121,9 +121,12 @@ def _proposed(card: Card) -> Iterator[str]:
 def _move(move: Move) -> str:
     before = _target(move.before, move.unit) if move.known else "a value that is not known"
     ramp = "" if move.rate is None else f", by {_amount(move.rate, move.unit)} a second"
-    if move.known and move.before == move.after:
-        return f"{move.tag} stays at {before}"
-    return f"{move.tag} ({move.text}) from {before} to {_target(move.after, move.unit)}{ramp}"
+    after = _target(move.after, move.unit)
+    for digits in range(4, 8):  # as many as it takes to tell them apart
+        if before != after or not move.known:
+            return f"{move.tag} ({move.text}) from {before} to {after}{ramp}"
+        before, after = (_target(value, move.unit, digits + 1) for value in (move.before, move.after))
+    return f"{move.tag} stays at {_target(move.after, move.unit)}"
 
 
 def _safe(card: Card) -> Iterator[str]:
@@ -186,12 +189,12 @@ def _acted(card: Card) -> Iterator[str]:
         yield "The plant was read to hold it" if acted.stands else "The plant was not read to hold it yet"
 
 
-def _target(value: float | None, unit: str) -> str:
-    return "automatic" if value is None else _amount(value, unit)
+def _target(value: float | None, unit: str, digits: int = 4) -> str:
+    return "automatic" if value is None else _amount(value, unit, digits)
 
 
-def _amount(value: float, unit: str) -> str:
-    return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"
+def _amount(value: float, unit: str, digits: int = 4) -> str:
+    return f"{value:.{digits}g}" if unit == "1" else f"{value:.{digits}g} {unit}"
 
 
 def _deviation(value: float, unit: str) -> str:

@@ -1,6 +1,6 @@
 """The proposal of an episode: what is to be written, how it was judged, and what came of it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from homeostat.console.card.card import LaterMoves, Move, Proposal
@@ -11,7 +11,7 @@ from homeostat.console.readings import Readings
 from homeostat.console.situation import situation
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.events.guard import GuardStarted, RequestAnswered
-from homeostat.domain.events.recovery import Attempted, Compared, ReleasedActions, Remarked
+from homeostat.domain.events.recovery import Attempted, Compared, LaterStep, ReleasedActions, Remarked
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import Command
 from homeostat.domain.remark import RemarkKind
@@ -47,8 +47,8 @@ def proposal(
     if released is not None and readings is not None:
         margins = with_actual(margins, released, record, plant, (readings, at_s))
     known = plant.description
-    steps = told[-1].then if told else ()
-    later = tuple(LaterMoves(s.guard, state_label(s.target, known), moves(s.commands, before, known)) for s in steps)
+    steps = told[-1].then if told else tried.then
+    later = _later(steps, tried.commands, before, known)
     limits = {m.name for m in margins}
     said = [e.event for e in entries if isinstance(e.event, Remarked) and e.at_s <= judged_s]
     reasons = [r.text for r in said if r.proposer == tried.proposer and r.remark is RemarkKind.REASONING]
@@ -117,7 +117,25 @@ def _status(digest: str, entries: Iterable[Entry], released: Release | None, tri
 
 def moves(commands: Iterable[Command], before: Sequence[Entry], plant: PlantDescription) -> tuple[Move, ...]:
     """``commands`` beside what their tags were at after the events ``before``."""
-    targets, tags = situation(before).targets, plant.tags_by_name
+    return _moves(commands, situation(before).targets, plant)
+
+
+def _later(
+    steps: Iterable[LaterStep], first: Iterable[Command], before: Sequence[Entry], plant: PlantDescription
+) -> tuple[LaterMoves, ...]:
+    """What follows the ``first`` commands, each beside what its tag is at by then."""
+    targets = situation(before).targets | {order.tag: order.value for order in first}
+    made = []
+    for step in steps:
+        made.append(LaterMoves(step.guard, state_label(step.target, plant), _moves(step.commands, targets, plant)))
+        targets |= {order.tag: order.value for order in step.commands}
+    return tuple(made)
+
+
+def _moves(
+    commands: Iterable[Command], targets: Mapping[str, float | None], plant: PlantDescription
+) -> tuple[Move, ...]:
+    tags = plant.tags_by_name
     made = []
     for order in commands:
         tag = tags.get(order.tag)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Final
@@ -9,10 +10,12 @@ from typing import Any, Final
 import numpy as np
 
 from homeostat.console.card.evidence import Evidence
+from homeostat.console.drawn import held_s
 from homeostat.console.events.alarms import alarm_list
 from homeostat.console.events.lines import Verified, journal_lines
 from homeostat.console.kept.pool import Pool
 from homeostat.console.opened import OpenedRun
+from homeostat.console.outlook import changes_s
 from homeostat.console.readings import Readings, Values, thinned
 from homeostat.console.view import Seen, seen, shown
 from homeostat.domain.plant.limits import LimitKind
@@ -28,7 +31,9 @@ _DIGITS: Final = 6
 def kept_record(run: OpenedRun, verified: Verified, notice: str) -> dict[str, Any]:
     """What the page needs of ``run``; ``notice`` says what kind of file it is."""
     told, readings = shown(run), run.readings
-    times = sorted({0.0, *(e.at_s for e in run.entries), run.last_s})
+    broken = [] if readings is None else [*_violated(run, readings)]
+    known = {0.0, *(e.at_s for e in run.entries), run.last_s, *_changes(run, broken)}
+    times = sorted(at_s for at_s in known if at_s <= run.last_s)
     more = f" Of {len(times)} moments the last {MOST_MOMENTS} are in it." if len(times) > MOST_MOMENTS else ""
     pool, found = Pool(), []
     features: dict[str, None] = {}
@@ -43,12 +48,33 @@ def kept_record(run: OpenedRun, verified: Verified, notice: str) -> dict[str, An
         "run": replace(told, live=False, closed=True, attached=False, notice=said.strip()),
         "moments": found,
         "pool": pool.values,
-        "violated": [] if readings is None else [*_violated(run, readings)],
+        "violated": broken,
         "readings": None if readings is None else _columns(readings),
         "features": {} if readings is None else _features(run, readings, features),
         "journal": journal_lines(run.run_dir),
         "verified": verified,
     }
+
+
+def _changes(run: OpenedRun, broken: Sequence[tuple[float, tuple[str, ...]]]) -> Iterator[float]:
+    """Moments between two events, or after the last, at which what comes next is said in other words [s].
+
+    ``broken``: from when on which limits are violated.
+    """
+    for at_s, _ in broken:
+        yield at_s
+        yield from _around(at_s + held_s(run.plant.description), run.last_s)
+    events_s = sorted({e.at_s for e in run.entries})
+    for at_s, next_s in zip(events_s, [*events_s[1:], run.last_s], strict=True):
+        for then_s in changes_s(run.stands(at_s)):
+            if then_s > at_s:
+                yield from _around(then_s, next_s)
+
+
+def _around(at_s: float, before_s: float) -> Iterator[float]:
+    """``at_s`` and the moment after it, where that is ``before_s`` [s]."""
+    if at_s < before_s:
+        yield from (at_s, math.nextafter(at_s, math.inf))
 
 
 def _moment(one: Seen, pool: Pool) -> Sequence[int | None]:

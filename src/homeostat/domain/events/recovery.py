@@ -56,6 +56,25 @@ class FallbackArmed:
 
 
 @dataclass(frozen=True, slots=True)
+class LaterStep:
+    """What is sent once the plant has come so far, as the journal has it."""
+
+    transition: str
+    """Name of the transition that it takes."""
+    guard: str
+    """Formula that must hold on the plant before anything is sent."""
+    target: str
+    """State that it leads to."""
+    commands: tuple[Command, ...]
+    """What is sent, in order."""
+
+    @classmethod
+    def all_of(cls, actions: ActionSet) -> tuple[Self, ...]:
+        """What follows the first commands of ``actions``, in order."""
+        return tuple(cls(s.transition.name, str(s.transition.guard), s.target, s.commands) for s in actions.then)
+
+
+@dataclass(frozen=True, slots=True)
 class Attempted:
     """One proposal was tried on the twin and judged."""
 
@@ -84,6 +103,8 @@ class Attempted:
     """Whether it is to last, or a wait, a hold or a test."""
     seconds: float = 0.0
     """How long it lasts before the plant is looked at again [s]; 0 for what is to last."""
+    then: tuple[LaterStep, ...] = ()
+    """What would follow the commands, in order; empty in records that are older than this field."""
 
     @classmethod
     def of(cls, proposer: str, attempt: Attempt) -> Self:
@@ -100,6 +121,7 @@ class Attempted:
             attempt.polished,
             attempt.kind,
             attempt.seconds,
+            () if actions is None else LaterStep.all_of(actions),
         )
         return cls(attempt.number, proposer, states, commands, digest, *judged)
 
@@ -208,20 +230,6 @@ class Waited:
 
 
 @dataclass(frozen=True, slots=True)
-class LaterStep:
-    """What is sent once the plant has come so far, as the journal has it."""
-
-    transition: str
-    """Name of the transition that it takes."""
-    guard: str
-    """Formula that must hold on the plant before anything is sent."""
-    target: str
-    """State that it leads to."""
-    commands: tuple[Command, ...]
-    """What is sent, in order."""
-
-
-@dataclass(frozen=True, slots=True)
 class ReleasedActions:
     """The guard wrote an approved action set to the plant."""
 
@@ -255,8 +263,7 @@ class ReleasedActions:
         for_s: float = 0.0,
     ) -> Self:
         """The event of one release."""
-        steps = tuple(LaterStep(s.transition.name, str(s.transition.guard), s.target, s.commands) for s in actions.then)
-        told = actions.end, min_margin, actions.target, steps, certificate, for_s
+        told = actions.end, min_margin, actions.target, LaterStep.all_of(actions), certificate, for_s
         return cls(proposer, actions.commands, actions.digest, *told)
 
 
