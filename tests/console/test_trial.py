@@ -39,7 +39,7 @@ def test_the_twin_judges_it_as_it_judged_the_proposal(trials: Trials, proposed: 
     at_s, tried = proposed
     said = json.loads(trials.ask(at_s, REDUCED, {c.tag: c.value for c in tried.commands}))
     assert said["approved"] and said["objections"] == []
-    theirs = {f.criterion: f.margin for f in tried.findings}
+    theirs = {f.criterion: f.margin if f.deciding is None else f.deciding.margin for f in tried.findings}
     for margin in said["margins"]:  # another draw of the same parameters
         assert margin["margin"] == pytest.approx(theirs[margin["name"]], rel=0.25, abs=0.3), margin["name"]
     assert said["foresight"]["told"]["first"] is None and said["beside"]["told"]["first"] is not None

@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import Final
 
 from homeostat.console.card.foresight import first_limit
+from homeostat.console.drawn import held_s
 from homeostat.console.situation import Situation
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.foresight import Foreseen
@@ -118,17 +119,19 @@ class _Said:
         now = self.now
         if now.finished:
             return TimeLeft(Until.ENDED, None, None, "the run has ended", "")
+        by_s = now.act_by_s if acts_alone(now) and now.armed else None
+        unless = f"unless {'a person decides' if now.mode == Mode.APPROVE else 'something is released'} before"
         if self.beyond:
             what = f"beyond a hard limit: {self.protects or self.beyond}"
-            return TimeLeft(Until.BEYOND, None, None, what, self._answer())
+            when = f"A reading was beyond it within the last {held_s(self.plant):g} s."
+            latest = "" if by_s is None or now.latched or now.lease_lost else f"It acts at {by_s:.0f} s, {unless}."
+            return TimeLeft(Until.BEYOND, None, None, what, " ".join(filter(None, (when, self._answer(), latest))))
         if now.latched:
             acted = "the plant is latched" if now.done is None else f"{self._done()} at {now.done[1]:.0f} s"
             return TimeLeft(Until.ACTED, None, None, acted, "")
         foreseen = self._foreseen()
-        by_s = now.act_by_s if acts_alone(now) and now.armed else None
         if by_s is not None and (foreseen.from_s is None or by_s <= foreseen.from_s or foreseen.until is Until.PASSED):
-            unless = "a person decides" if now.mode == Mode.APPROVE else "something is released"
-            text = f"Then fallback ‘{now.armed[0]}’ acts, at {by_s:.0f} s, unless {unless} before."
+            text = f"Then fallback ‘{now.armed[0]}’ acts, at {by_s:.0f} s, {unless}."
             return TimeLeft(Until.FALLBACK, by_s, by_s, f"until fallback ‘{now.armed[0]}’ acts", text)
         return foreseen
 
