@@ -48,7 +48,7 @@ def test_somebody_signs_in_and_approves_by_the_provider_with_the_keyboard_alone(
             page.wait_for_selector(".clock")
             assert "hal, operator" in page.locator(".who").inner_text()
             assert not [c for c in context.cookies() if c["name"].startswith("homeostat-sign-on")]
-            (cookie,) = [c for c in context.cookies() if c["name"] == "homeostat"]
+            (cookie,) = [c for c in context.cookies() if c["name"] == f"homeostat-{provider.console}"]
             assert cookie["sameSite"] == "Strict" and cookie["httpOnly"]
 
             request, digest = propose(service)

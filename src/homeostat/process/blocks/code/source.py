@@ -20,13 +20,13 @@ from homeostat.process.blocks.parts import Actuator, Delay, Disturbance, Hold, L
 from homeostat.process.blocks.term import EACH_TICK, MEMBER, TICK, TIME, ZERO, Leaf, Term, leaves, maximum
 
 _HEAD: Final = (
-    "def advance(first, last, x, p, sev, onset, u, u_of, t0, begin, steps, stride, seeds, process, sensor, picks, out,",
+    "def advance(first, last, x, p, sev, onset, u, u_of, t_0, begin, steps, stride, seeds, process, sensor, picks, out,",
     "            broken_at, work):",
     "    for m in range(first, last):",
     "        xm, pm, sm, om, um = x[m], p[m], sev[m], onset[m], u[u_of[m]]",
     "        seed, loud, noisy, row = seeds[m], process[m], sensor[m], begin[m] // stride",
 )
-_THERE: Final = ("xm", "pm", "sm", "om", "um", "seed", "loud", "noisy", "m", "k", "t", "work", "t0", "broken_at")
+_THERE: Final = ("xm", "pm", "sm", "om", "um", "seed", "loud", "noisy", "m", "k", "t", "work", "t_0", "broken_at")
 """Variables that every tick may read."""
 _MOST: Final = "1e12"
 """A state beyond this is no state of a plant."""
@@ -75,11 +75,11 @@ class _Source:
         lines = [
             *slopes, "", *measures, "", *at_start, *each_tick, *_HEAD,
             f"        if not ({physical}):",
-            f"            broken_at[m] = t0 + begin[m] * {self._tick}",
+            f"            broken_at[m] = t_0 + begin[m] * {self._tick}",
             "            continue",
             *(f"        {line}" for line in member),
             "        for k in range(begin[m], steps):",
-            f"            t = t0 + k * {self._tick}",
+            f"            t = t_0 + k * {self._tick}",
             *(f"            {line}" for line in tick),
             f"            if not ({physical}):",
             f"                broken_at[m] = t + {self._tick}",
