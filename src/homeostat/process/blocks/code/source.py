@@ -20,8 +20,8 @@ from homeostat.process.blocks.parts import Actuator, Delay, Disturbance, Hold, L
 from homeostat.process.blocks.term import EACH_TICK, MEMBER, TICK, TIME, ZERO, Leaf, Term, leaves, maximum
 
 _HEAD: Final = (
-    "def advance(first, last, x, p, sev, onset, u, u_of, t_0, begin, steps, stride, seeds, process, sensor, picks, out,",
-    "            broken_at, work):",
+    "def advance(first, last, x, p, sev, onset, u, u_of, t_0, begin, steps, stride, seeds, process, sensor, picks,",
+    "            out, broken_at, work):",
     "    for m in range(first, last):",
     "        xm, pm, sm, om, um = x[m], p[m], sev[m], onset[m], u[u_of[m]]",
     "        seed, loud, noisy, row = seeds[m], process[m], sensor[m], begin[m] // stride",
