@@ -129,7 +129,7 @@ def test_the_first_of_two_people_is_heard(tmp_path: Path) -> None:
         assert "Ada (engineer) ordered reset; 1 of 2 people" in (run.cwd / "out.txt").read_text()
 
 
-def test_a_paced_run_declares_no_thinking(tmp_path: Path) -> None:
+def test_where_a_person_decides_in_real_time_no_thinking_is_declared(tmp_path: Path) -> None:
     command = ("run", "cstr", "--mode", "approve", "--thinking-declared", "1")
     refused(homeostat(*command, cwd=tmp_path), "real time")
 

@@ -13,6 +13,7 @@ import { Compare } from "./compare";
 import { Explorer } from "./explorer";
 import { JournalView } from "./journal";
 import { Flowsheet, Indicators } from "./plant";
+import { PaceOfRun, usePace } from "./pace";
 import { SPEEDS, usePlayer, type Player } from "./player";
 import { Decision, OrderDialog, Orders, approving, mayOrder, offered, rejecting, type Asked } from "./orders";
 import { SignIn, Who } from "./people";
@@ -63,7 +64,7 @@ function Log({ lines, at, seek }: { lines: Line[]; at: number; seek: (at: number
   );
 }
 
-function useKeys(run: Run | null, player: Player, turn: () => void, help: () => void, decide: (yes: boolean) => void, view: (name: View) => void) {
+function useKeys(run: Run | null, player: Player, turn: () => void, help: () => void, decide: (yes: boolean) => void, view: (name: View) => void, pause: () => void) {
   useEffect(() => {
     const press = (e: KeyboardEvent) => {
       const on = e.target as HTMLElement;
@@ -75,7 +76,7 @@ function useKeys(run: Run | null, player: Player, turn: () => void, help: () => 
         " ": player.toggle, ArrowLeft: () => player.seek(at - step), ArrowRight: () => player.seek(at + step),
         Home: () => player.seek(0), End: () => (run?.live ? player.follow() : player.seek(run?.last_s ?? 0)), "+": () => player.quicken(1), "-": () => player.quicken(-1),
         6: () => view("alarms"), 7: () => view("trends"), 8: () => view("journal"), 9: () => isKept() || view("ask"), 0: () => view("plant"), c: () => run?.beside && view("compare"),
-        t: turn, "?": help, a: () => decide(true), r: () => decide(false), e: () => run?.begins_s != null && player.seek(run.begins_s),
+        t: turn, p: pause, "?": help, a: () => decide(true), r: () => decide(false), e: () => run?.begins_s != null && player.seek(run.begins_s),
         1: () => jump("card"), 2: () => jump("readings"), 3: () => jump("trends"), 4: () => jump("plant"), 5: () => jump("log"),
       };
       const act = go[e.key];
@@ -119,12 +120,12 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
   const [theme, turn] = useTheme();
   const [view, show] = useState<View>("plant");
   const player = usePlayer(run, lookAgain);
-  const now = player.now;
+  const now = player.now, paced = usePace(run, now, player.playing, me);
   const atHead = run !== null && run.live && player.playing;
   const offer = now && mayOrder(me) && atHead ? offered(now.card, now) : undefined;
   useKeys(run, player, turn, () => setHelped(!helped), (yes) => {
     if (offer && now?.card?.proposal) order((yes ? approving : rejecting)(offer, now.card.proposal));
-  }, show);
+  }, show, paced.toggle);
   const reload = useCallback(() => ask<Run>("/api/run").then((found) => { setRun(found); setFailed(""); }, (e: Error) => {
     if (e instanceof Refused && e.status === 401) lookAgain(); else setFailed(e.message);
   }), []);
@@ -145,11 +146,12 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
         <div class="desk"><Orders me={me} now={now} tags={writable} order={order} /><Who me={me} signed={signed} /></div></header>
       <Freshness run={run} player={player} />
       <Transport run={run} player={player} theme={theme} turn={turn} />
+      <PaceOfRun paced={paced} last={run.live && player.playing ? now.at_s : run.last_s} />
       <nav class="views" aria-label="Views">{VIEWS.filter(([name]) => (name !== "trends" || run.measured) && (name !== "ask" || !isKept()) && (name !== "compare" || run.beside)).map(([name, text, key]) => (
         <button type="button" key={name} aria-pressed={view === name} title={key} onClick={() => show(name)}>{text}{name === "alarms" && now.overview.folded.length ? ` (${now.overview.folded.length})` : ""}</button>))}</nav>
       {run.altered && <p class="stale" role="alert"><b>■ ALTERED.</b> {run.altered}. Nothing after {moment(run.last_s)} is shown: nobody knows what was so then.</p>}
       {run.notice && <p class={run.live || isKept() ? "notice calm" : "notice"} role="status">{run.live || isKept() ? "" : "△ "}{run.notice}</p>}
-      {helped && <p class="notice">Space: play or pause. ← →: 10 s, with Shift 60 s. Home, End. + −: speed. e: first symptom. t: theme. a: approve, r: reject. 1 card, 2 readings, 3 trends, 4 plant, 5 events. 6 alarms, 7 trends of any tags, 8 journal, 9 what if, c two runs, 0 back.</p>}
+      {helped && <p class="notice">Space: play or pause. ← →: 10 s, with Shift 60 s. Home, End. + −: speed. e: first symptom. t: theme.{paced.pace ? " p: pause the run, or let it go on." : ""} a: approve, r: reject. 1 card, 2 readings, 3 trends, 4 plant, 5 events. 6 alarms, 7 trends of any tags, 8 journal, 9 what if, c two runs, 0 back.</p>}
       <main class={`${run.measured && view === "plant" ? "" : "single"} ${now.fresh?.old || player.silent_s || player.lost ? "old" : ""}`}>
         {view === "alarms" && <Alarms now={now} me={me} order={order} />}
         {view === "trends" && <Explorer run={run} at={Math.max(now.at_s, 1)} theme={theme} />}

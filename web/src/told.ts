@@ -80,8 +80,9 @@ export interface Card {
 export interface Moment {
   at_s: number; sampled_s: number; values: Record<string, number | null>;
   quality: Record<string, [string, string]>; targets: Record<string, number | null>; violated: string[];
-  fresh: Fresh | null; overview: Overview; whole: boolean; card: Card | null; told: { heading: string; text: string }[];
+  fresh: Fresh | null; overview: Overview; whole: boolean; card: Card | null; told: { heading: string; text: string }[]; pace?: Pace | null;
 }
+export interface Pace { speed: number; paused: boolean; stands: boolean }
 export interface Fresh { age_s: number | null; old: boolean; trouble: string; thinking: string }
 export interface Trend { times_s: number[]; series: [string, (number | null)[]][] }
 export interface FeatureTrend { trend: Trend; unit: string; band: [number, number] }

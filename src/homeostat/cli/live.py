@@ -2,34 +2,41 @@
 
 import sys
 import threading
+from dataclasses import replace
 from pathlib import Path
 from typing import final
 
 from homeostat.cli.commands.console import known_plant
 from homeostat.cli.serving import serving
 from homeostat.console.opened import OpenedRun
+from homeostat.console.people.orders import Came, Give, Objection
 from homeostat.console.people.people import People
 from homeostat.console.readings import Gathered
 from homeostat.console.server.app import application
 from homeostat.console.server.serve import listening, serve
+from homeostat.domain.mode import PersonCommand
 from homeostat.domain.snapshot import Snapshot
 from homeostat.plants.plant import Plant
+from homeostat.recovery.exchange.pacing import Pacing
 
 
 @final
 class LivePage:
     """The page of one run, served by a thread of this process on a free port; whoever looks never holds the run up."""
 
-    def __init__(self, plant: Plant, run_dir: Path, people: People | None) -> None:
+    def __init__(self, plant: Plant, run_dir: Path, people: People | None, pacing: Pacing | None = None) -> None:
         """Serve the page of the run that is about to begin in ``run_dir``; a terminal gets a browser, too.
 
-        ``people`` may look and order; where there are none, whoever is on this machine looks.
+        ``people`` may look and order; where there are none, whoever is on this machine looks. The run waits for
+        ``pacing``, which the page may change; it has none in real time.
         """
-        self._gathered = Gathered(tag.name for tag in plant.description.tags)
-        run = OpenedRun(run_dir, known_plant(plant), self._gathered)
-        app = application(run, serving(people, run_dir, True))
-        what = (app, listening(0), sys.stdout.isatty(), _tell)
-        threading.Thread(target=serve, args=what, daemon=True).start()
+        self._gathered, self._pacing = Gathered(tag.name for tag in plant.description.tags), pacing
+        run = OpenedRun(run_dir, known_plant(plant), self._gathered, pacing=pacing)
+        served = serving(people, run_dir, True)
+        if served.give is not None and pacing is not None:
+            served = replace(served, give=unless_paused(served.give, pacing))
+        self._app, self._at = application(run, served), listening(0)
+        threading.Thread(target=self._serve, daemon=True).start()
 
     def see(self, snapshot: Snapshot) -> None:
         """Take what the plant says now."""
@@ -43,6 +50,30 @@ class LivePage:
         except KeyboardInterrupt:
             return
 
+    def _serve(self) -> None:
+        try:
+            serve(self._app, self._at, sys.stdout.isatty(), _tell)
+        finally:  # a run that stands would stand for ever
+            if self._pacing is not None and self._pacing.now is not None:
+                self._pacing.go_on()
+                _say("the page is closed, and the run goes on without it")
+
+
+def unless_paused(give: Give, pacing: Pacing) -> Give:
+    """``give``, but for a run that stands: its guard would hear nothing, and the order would come to nothing."""
+
+    def given(command: PersonCommand) -> Came:
+        pace = pacing.now
+        if pace is not None and pace.paused:
+            raise Objection("busy", "the run is paused, and its guard hears nothing; let it go on, and order it then")
+        return give(command)
+
+    return given
+
 
 def _tell(address: str) -> None:
-    print(f"homeostat: the run is shown at {address}", file=sys.stderr, flush=True)
+    _say(f"the run is shown at {address}")
+
+
+def _say(text: str) -> None:
+    print(f"homeostat: {text}", file=sys.stderr, flush=True)

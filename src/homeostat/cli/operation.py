@@ -3,6 +3,7 @@
 import argparse
 import logging
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -11,10 +12,11 @@ from homeostat.cli.arguments import UsageError
 from homeostat.domain.mode import Mode, PersonCommand
 from homeostat.domain.quotation import printable
 from homeostat.evaluate.named_model import NamedModel, NoSuchModel
-from homeostat.evaluate.operation import Operation
+from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.plants.wired.assembly import Language
 from homeostat.record.row import SEARCH
 from homeostat.recovery.bounds import Budget
+from homeostat.recovery.exchange.pacing import Pacing
 from homeostat.service.inbox import Inbox
 
 FOR_A_MODEL = (
@@ -80,20 +82,38 @@ PACE: Final = 10.0
 
 
 def check(options: argparse.Namespace) -> None:
-    """Settle the pace; UsageError where time would pass in two ways."""
+    """Settle the pace; UsageError where time would pass in two ways.
+
+    In mode approve a person decides while the plant goes on, in real time; everything else waits for its pace.
+    """
     if options.people is not None and not options.console:
         raise UsageError("--people is for the page of the run: add --console")
     if (options.mode == "approve" or options.console) and options.pace is None:
         options.pace = PACE
-    if options.pace is not None and (options.thinking_declared is not None or options.thinking_scale != 1.0):
-        raise UsageError("a paced run thinks in real time; leave --thinking-declared and --thinking-scale out")
+    if options.mode == "approve" and (options.thinking_declared is not None or options.thinking_scale != 1.0):
+        raise UsageError(
+            "in mode approve a person decides in real time; leave --thinking-declared and --thinking-scale out"
+        )
+
+
+def thinking(options: argparse.Namespace) -> Thinking:
+    """What thinking costs: in real time it takes as long as the plant goes on meanwhile."""
+    return Thinking(options.pace if options.mode == "approve" else options.thinking_scale, options.thinking_declared)
 
 
 def chosen(options: argparse.Namespace, run_dir: Path) -> Operation:
     """What was chosen for the run that is kept in ``run_dir``, which gets an inbox where time is paced."""
     if options.pace is None:
         return Operation(Mode(options.mode), persons=options.persons)
-    return Operation(Mode(options.mode), options.pace, orders_to(run_dir), options.persons)
+    return paced(Operation(Mode(options.mode), persons=options.persons), options.pace, run_dir)
+
+
+def paced(operation: Operation, pace: float, run_dir: Path) -> Operation:
+    """The run in ``run_dir``, as in ``operation``, but at ``pace``, so that it takes orders."""
+    operation = replace(operation, orders=orders_to(run_dir))
+    if operation.mode is Mode.APPROVE:
+        return replace(operation, pace=pace)
+    return replace(operation, pacing=Pacing(pace))
 
 
 def orders_to(run_dir: Path) -> Callable[[], Iterable[PersonCommand]]:

@@ -24,6 +24,7 @@ from homeostat.record.directory import TRAJECTORY
 from homeostat.record.figure.panel import Panel
 from homeostat.record.story.line import Line
 from homeostat.record.story.story import Story
+from homeostat.recovery.exchange.pacing import Pace, Pacing
 
 _TRUTH = frozenset({"onset", "run"})
 """Labels of lines that say what was truly wrong, which no operator knows."""
@@ -59,13 +60,21 @@ class OpenedRun:
     """A run directory as it is now; any thread may ask."""
 
     def __init__(
-        self, run_dir: Path, plant: KnownPlant, gathered: Gathered | None = None, watched: Watched | None = None
+        self,
+        run_dir: Path,
+        plant: KnownPlant,
+        gathered: Gathered | None = None,
+        watched: Watched | None = None,
+        pacing: Pacing | None = None,
     ) -> None:
         """Read the run in ``run_dir``, whose plant is ``plant``.
 
-        ``gathered`` has readings that are not kept yet; ``watched`` is the service that keeps the plant attached.
+        ``gathered`` has readings that are not kept yet; ``watched`` is the service that keeps the plant attached;
+        ``pacing`` is what a simulated run waits for that goes on in this process.
         """
         self.run_dir, self.plant, self._gathered, self._watched = run_dir, plant, gathered, watched
+        self.pacing = pacing
+        """What it waits for; None where it has no pace that could be changed here."""
         self._stored: Readings | None = None
         self._kept = 0
         self._tail, self._reading = Tail(run_dir), threading.Lock()
@@ -109,6 +118,11 @@ class OpenedRun:
     def fresh(self) -> Fresh | None:
         """How fresh the service's answers are; None where it is a run."""
         return None if self._watched is None else self._watched.fresh
+
+    @property
+    def pace(self) -> Pace | None:
+        """How fast it goes on; None where that cannot be changed here."""
+        return None if self.pacing is None else self.pacing.now
 
     @property
     def closed(self) -> bool:

@@ -23,6 +23,7 @@ from homeostat.domain.events.guard import StartUpEnded, StateEntered
 from homeostat.journal.memory import Entry
 from homeostat.record.run_record import RunRecord
 from homeostat.record.story.line import Line
+from homeostat.recovery.exchange.pacing import Pace
 
 _MOST_EVENTS = 20_000
 """Most events, the last ones, that a card is made from."""
@@ -94,6 +95,8 @@ class Seen:
     """The card; None where there is none, or where not the whole is told."""
     told: tuple[Paragraph, ...] = ()
     """The card in sentences."""
+    pace: Pace | None = None
+    """How fast the run goes on; None where that cannot be changed at this page."""
 
 
 def shown(run: OpenedRun) -> Shown:
@@ -154,7 +157,8 @@ def seen(run: OpenedRun, at_s: float, whole: bool = True) -> Seen:
     beyond = lately_violated(readings, sampled_s, run.plant.description, now.started_s)
     line = overview(now, one, run.plant.description, at_s, beyond)
     at = at_s, sampled_s, values, now.quality, now.targets, broken, run.fresh, line
-    return Seen(*at, True, one, () if one is None else explained(one)) if whole else Seen(*at, False)
+    told = () if one is None else explained(one)
+    return Seen(*at, True, one, told, run.pace) if whole else Seen(*at, False, pace=run.pace)
 
 
 def recorded(entries: Sequence[Entry]) -> RunRecord:

@@ -11,6 +11,7 @@ from homeostat.evaluate.recorded.resumption import Past
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Setting
 from homeostat.links.clock import DeclaredClock, ThinkingClock
+from homeostat.recovery.exchange.pacing import Pacing
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +64,9 @@ class Operation:
     mode: Mode = Mode.CLOSED_LOOP
     """Mode in which the guard begins; in observe and advise it cannot be given another one, as nobody can write."""
     pace: float | None = None
-    """Process seconds per wall-clock second; None for virtual time, as fast as it goes."""
+    """Process seconds per wall-clock second of a run in real time, where people decide; None for virtual time."""
+    pacing: Pacing | None = None
+    """What virtual time waits for between ticks; None for nothing, as fast as it goes."""
     orders: Callable[[], Iterable[PersonCommand]] = tuple
     """Asked at every tick for what people have ordered since the last one."""
     persons: int = 1

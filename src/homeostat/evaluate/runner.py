@@ -140,7 +140,7 @@ def run(
         if operation.past is not None:
             _go_on(plant, operation.past, (record, thinking), trace)
             assembly.exchange.remember(operation.past.retrace(link, local))
-        assembly.run(link.source, _hook(shown, assembly, operation, local), operation.pace)
+        assembly.run(link.source, _hook(shown, assembly, operation, local), operation.pace, operation.pacing)
     result = _score(plant, scenario, record, process, thinking, time.monotonic() - begin)
     return replace(result, transcript=tuple(transcribed.transcript)) if transcribed else result
 

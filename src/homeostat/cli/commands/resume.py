@@ -3,13 +3,14 @@
 import argparse
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from homeostat.agents.playbook.book import Book
 from homeostat.agents.roles import AskingProtocol
 from homeostat.cli.arguments import UsageError
 from homeostat.cli.commands.run import Going, carry
-from homeostat.cli.operation import orders_to
+from homeostat.cli.operation import orders_to, paced
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.mode import Mode
 from homeostat.evaluate.conditions import Conditions
@@ -38,8 +39,6 @@ def carry_out(options: argparse.Namespace) -> int:
         plant = recorded_plant_of(past.started, options.case)
         scenario = past.scenario(plant)
         chosen = past.started.settings
-        if options.pace is not None and "pace" not in chosen:
-            raise ResumptionError("it is not paced; leave --pace out")
         book = _playbook(past, run_dir, plant)
         if chosen.get("protocol") != AskingProtocol.ROUTE.value:
             raise ResumptionError("it was asked for step by step, and what was asked is not in its journal")
@@ -55,7 +54,7 @@ def carry_out(options: argparse.Namespace) -> int:
         print("homeostat: it goes on with the playbook that it began with; nothing is added to it", file=sys.stderr)
     conditions = Conditions(label_given=bool(chosen.get("label_given")))
     operation = _operation(past, directory.path, options.pace)
-    thinking = _thinking(past, options.pace)
+    thinking = _thinking(past, operation)
     budget = Budget(latency_s=float(chosen["budget_s"])) if "budget_s" in chosen else Budget()
     proposing = Proposing(None, conditions, budget=budget, playbook=book)
     going = Going(plant, scenario, directory, thinking, "search", proposing, operation)
@@ -80,16 +79,17 @@ def _playbook(past: Past, run_dir: Path, plant: Plant) -> Book | None:
     return book
 
 
-def _thinking(past: Past, pace: float | None) -> Thinking:
+def _thinking(past: Past, operation: Operation) -> Thinking:
     chosen = past.started.settings
     if "thinking_declared_s" in chosen:
         return Thinking(declared_s=float(chosen["thinking_declared_s"]))
-    return Thinking(pace or float(chosen["thinking_scale"]))
+    return Thinking(operation.pace or float(chosen["thinking_scale"]))
 
 
 def _operation(past: Past, run_dir: Path, pace: float | None) -> Operation:
     chosen = past.started.settings
     mode, persons = Mode(str(chosen.get("mode", Mode.CLOSED_LOOP))), int(chosen.get("persons", 1))
-    if "pace" not in chosen:
-        return Operation(mode, persons=persons, past=past)
-    return Operation(mode, pace or float(chosen["pace"]), orders_to(run_dir), persons, past)
+    operation = Operation(mode, persons=persons, past=past)
+    if "pace" in chosen:  # in real time
+        return replace(operation, pace=pace or float(chosen["pace"]), orders=orders_to(run_dir))
+    return operation if pace is None else paced(operation, pace, run_dir)

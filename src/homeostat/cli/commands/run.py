@@ -33,6 +33,7 @@ from homeostat.record.directory import RunDirectory
 from homeostat.record.playbook import PlaybookError, add_to_playbook
 from homeostat.record.story.story import Story
 from homeostat.record.story.summary import summary
+from homeostat.recovery.exchange.pacing import Pacing
 
 if TYPE_CHECKING:
     from homeostat.cli.live import LivePage
@@ -63,13 +64,13 @@ def carry_out(options: argparse.Namespace) -> int:
         plant, options.fault, options.seed, options.onset, options.severity, options.end, options.location
     )
     chosen = repaired(departing(plant, chosen, options.disturb, options.mismatch), options.repair)
-    thinking = Thinking(options.thinking_scale if options.pace is None else options.pace, options.thinking_declared)
+    thinking = operation.thinking(options)
     conditions = Conditions(AskingProtocol(options.protocol), options.label_given)
     check_protocol(plant, conditions.protocol)  # before a directory is made
     with _history(options.history, plant) as history:
         directory = _directory(options, plant, chosen)
-        page = None if live is None else live(plant, directory.path)
         operated = operation.chosen(options, directory.path)
+        page = None if live is None else live(plant, directory.path, operated.pacing)
         if history is not None:
             operated = replace(operated, onlooker=history.see)
         budget, book = operation.budget(options), playbook and playbook.book
@@ -158,7 +159,7 @@ class Going(NamedTuple):
     page: "LivePage | None" = None
 
 
-def _live_page(people: Path | None) -> "Callable[[Plant, Path], LivePage]":
+def _live_page(people: Path | None) -> "Callable[[Plant, Path, Pacing | None], LivePage]":
     """Shows a run while it goes on; UsageError where the extra is not installed, or ``people`` cannot be used."""
     try:
         from homeostat.cli.live import LivePage
@@ -166,7 +167,7 @@ def _live_page(people: Path | None) -> "Callable[[Plant, Path], LivePage]":
     except ImportError as error:
         raise UsageError(f"--console needs {error.name!r}: pip install 'homeostat[console]'") from error
     there = known(people)
-    return lambda plant, run_dir: LivePage(plant, run_dir, there)
+    return lambda plant, run_dir, pacing: LivePage(plant, run_dir, there, pacing)
 
 
 def carry(going: Going, as_json: bool) -> int:

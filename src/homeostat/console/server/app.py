@@ -37,6 +37,7 @@ from homeostat.console.server.asking import Asking
 from homeostat.console.server.desk import Desk
 from homeostat.console.server.events import Events
 from homeostat.console.server.lanes import Gone, Lanes
+from homeostat.console.server.pace import Paces
 from homeostat.console.server.stream import FASTEST, SLOWEST, Moments
 from homeostat.console.view import Shown, seen, shown
 from homeostat.llm.model import LanguageModel
@@ -104,6 +105,7 @@ def application(run: OpenedRun, serving: Serving = Serving()) -> Starlette:
         *Events(run, lanes).routes(),
         *_beside(serving.beside, lanes, ending),
         *Asking(run, lanes, serving.model).routes(),
+        *Paces(run).routes(),
         *desk.routes(),
         *_gate(serving),
     ]

@@ -60,7 +60,7 @@ class Asking:
 
     async def trial(self, request: Request) -> Response:
         """What the twin says."""
-        if (refused := _refused(request)) is not None:
+        if (refused := only_looks(request)) is not None:
             return refused
         asked = await body(request, _Asked)
         try:
@@ -72,7 +72,7 @@ class Asking:
     async def retold(self, request: Request) -> Response:
         """The card in a model's words."""
         assert self._reteller is not None
-        if (refused := _refused(request)) is not None:
+        if (refused := only_looks(request)) is not None:
             return refused
         asked = await body(request, _Retelling)
         told = (await self._lanes.make(request, seen, self._run, asked.at_s)).told
@@ -82,7 +82,7 @@ class Asking:
             return json_answer({"error": str(error)}, 502)
 
 
-def _refused(request: Request) -> Response | None:
+def only_looks(request: Request) -> Response | None:
     """The answer to a viewer, who only looks; None for everybody else."""
     session = session_of(request)
     if session is None or session.person.access is not Access.VIEWER:

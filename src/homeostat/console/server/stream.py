@@ -11,6 +11,7 @@ from starlette.concurrency import run_in_threadpool
 from homeostat.console.opened import OpenedRun
 from homeostat.console.text import to_json
 from homeostat.console.view import seen
+from homeostat.recovery.exchange.pacing import Pace
 
 SLOWEST: Final = 0.1
 """Least speed, in process seconds per second [1]."""
@@ -35,7 +36,7 @@ class Moments:
         self._run, self._ending = run, ending
         self._looked = time.monotonic()
         self._making = asyncio.Semaphore(_AT_ONCE)
-        self._made: dict[tuple[float, int, bool, int], str] = {}
+        self._made: dict[tuple[float, int, bool, Pace | None, int], str] = {}
 
     async def play(self, at_s: float, speed: float) -> AsyncIterator[str]:
         """Moments from ``at_s`` [s] on, ``speed`` process seconds per second, to the end of what is known.
@@ -44,7 +45,7 @@ class Moments:
         of it is told at first and when something happened. The end is told where the run was closed; else it is
         followed.
         """
-        run, told, shown_s, spoke = self._run, -1, -1.0, 0.0
+        run, told, shown_s, spoke, paced = self._run, -1, -1.0, 0.0, self._run.pace
         begun, from_s = time.monotonic(), at_s
         while not self._ending.is_set():
             now = time.monotonic()
@@ -54,7 +55,8 @@ class Moments:
             if at_s >= last_s:  # what comes later is played from when it came
                 begun, from_s = now, at_s
             count = run.count(at_s)
-            if (count, at_s) != (told, shown_s) or now - spoke >= _BEAT_S:
+            if (count, at_s, run.pace) != (told, shown_s, paced) or now - spoke >= _BEAT_S:
+                paced = run.pace
                 text = await self._moment(at_s, count, count != told)
                 told, shown_s, spoke = count, at_s, now
                 yield f"id: {at_s:.3f}\ndata: {text}\n\n"
@@ -73,7 +75,7 @@ class Moments:
             await self._threaded(self._run.refresh)
 
     async def _moment(self, at_s: float, count: int, whole: bool) -> str:
-        name = at_s, count, whole, int(time.monotonic() / _BEAT_S)
+        name = at_s, count, whole, self._run.pace, int(time.monotonic() / _BEAT_S)
         if name not in self._made:
             made = await self._threaded(lambda: to_json(seen(self._run, at_s, whole)))
             while len(self._made) >= 8:

@@ -46,6 +46,7 @@ from homeostat.plants.wired.guarding import ISSUER, by_design, fallback_strategi
 from homeostat.recovery.bounds import Budget
 from homeostat.recovery.exchange.exchange import Exchange, ExchangeSettings
 from homeostat.recovery.exchange.loop import Hook, Loop
+from homeostat.recovery.exchange.pacing import Pacing
 from homeostat.recovery.exchange.worker import Worker
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import ReleaseCheck
@@ -228,16 +229,23 @@ class Assembly:
     tick_s: float = TICK_S
     """Process time between two samples [s]."""
 
-    def run(self, source: Source, hook: Hook = lambda seen: None, scale: float | None = None) -> None:
+    def run(
+        self,
+        source: Source,
+        hook: Hook = lambda seen: None,
+        scale: float | None = None,
+        pacing: Pacing | None = None,
+    ) -> None:
         """Go on until ``source`` ends, in virtual time, or at ``scale`` process seconds per wall-clock second.
 
-        ``hook`` is shown every observation. Raises ProcessError where a simulated plant leaves the physical world.
+        ``hook`` is shown every observation; virtual time waits for ``pacing``. Raises ProcessError where a simulated
+        plant leaves the physical world.
         """
         loop = Loop(self.guard, source, self.exchange, hook)
         reason = "the run was interrupted"
         self.worker.start()
         try:
-            loop.run_virtual(self.tick_s) if scale is None else loop.run_paced(scale, self.tick_s)
+            loop.run_virtual(self.tick_s, pacing) if scale is None else loop.run_paced(scale, self.tick_s)
             reason = "the run is over"
         finally:
             self.worker.join(END_S)

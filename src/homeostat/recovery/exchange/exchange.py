@@ -8,7 +8,7 @@ from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from typing import Any
 
-from homeostat.domain.mode import PersonCommand
+from homeostat.domain.mode import Mode, PersonCommand
 from homeostat.domain.observation import Message, Observation, Settled, Trouble, Withdraw
 from homeostat.domain.ports import Clock
 from homeostat.domain.request import Answer, Request
@@ -234,6 +234,14 @@ class Exchange:
         """How long recovery has gone on without a look at the plant, wall-clock [s]; 0 while it waits."""
         with self._changed:
             return 0.0 if self._idle or self._parked is not None else time.monotonic() - self._busy_since
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nobody thinks: recovery waits for the next tick, or for a person's answer, or is lost."""
+        with self._changed:
+            if self._parked is not None:
+                return self._parked.request is not None and self._kept[-1].mode is Mode.APPROVE
+            return self._over or (self._idle and not self._unread)
 
     def report(self, name: str, cause: str) -> None:
         """Have the guard call a person: ``cause`` is one sentence about ``name``."""

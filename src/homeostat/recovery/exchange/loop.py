@@ -8,6 +8,7 @@ from homeostat.domain.observation import Observation
 from homeostat.domain.ports import Source
 from homeostat.domain.snapshot import Snapshot
 from homeostat.recovery.exchange.exchange import Exchange
+from homeostat.recovery.exchange.pacing import Pacing
 from homeostat.recovery.exchange.reading import Reader
 
 Hook = Callable[[Observation], None]
@@ -31,17 +32,22 @@ class Loop:
         self._reader = Reader(source, exchange.report, exchange.settle)
         self._before: Observation | None = None
 
-    def run_virtual(self, tick_s: float = 1.0) -> None:
+    def run_virtual(self, tick_s: float = 1.0, pacing: Pacing | None = None) -> None:
         """Tick until the source ends, as fast as recovery's charged thinking lets the plant go on.
 
-        A source that has lost its clock is taken to go on by ``tick_s`` at a tick [s]. Raises ProcessError where a
-        simulated plant leaves the physical world.
+        ``pacing`` has it wait between ticks, which changes nothing that happens. A source that has lost its clock is
+        taken to go on by ``tick_s`` at a tick [s]. Raises ProcessError where a simulated plant leaves the physical
+        world.
         """
         try:
             while not self._reader.ended:
                 self._tick(tick_s)
                 self._exchange.hold()
+                if pacing is not None:
+                    pacing.wait(tick_s, self._exchange.at_rest)
         finally:
+            if pacing is not None:
+                pacing.end()
             self._exchange.close()
 
     def run_paced(self, scale: float, tick_s: float = 1.0) -> None:
