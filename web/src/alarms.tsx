@@ -2,6 +2,7 @@
 
 import { useEffect, useState } from "preact/hooks";
 import { isKept } from "./kept";
+import { ReportsOf } from "./reports";
 import type { Asked } from "./orders";
 import { mayOrder } from "./orders";
 import { ask, type AlarmList, type ListedAlarm, type Me, type Moment } from "./told";
@@ -39,7 +40,7 @@ export function Alarms({ now, me, order }: { now: Moment; me: Me; order: (asked:
   useEffect(() => { void ask<AlarmList>("/api/alarms", { at: now.at_s }).then((found) => { setList(found); fail(""); }, (e: Error) => fail(e.message)); }, [now.told, Math.floor(now.at_s / 10)]);
   if (!list) return <section class="wide">{failed ? <p class="warn" role="alert">△ {failed}</p> : <p class="quiet">Reading the alarms …</p>}</section>;
   const rows = [...list.standing, ...list.shelved, ...(past ? list.past : [])];
-  return (
+  return (<>
     <section id="alarms" class="wide" tabIndex={-1} aria-label="Alarms">
       <h2>Alarms <span class="quiet">{list.standing.length} stand, {list.shelved.length} shelved, {list.within} raised in the last 10 min</span></h2>
       {failed && <p class="warn" role="alert">△ These are not the alarms of now: {failed}</p>}
@@ -52,5 +53,6 @@ export function Alarms({ now, me, order }: { now: Moment; me: Me; order: (asked:
           <tbody>{rows.map((a) => <Row key={`${a.alarm} ${a.raised_s}`} a={a} at={now.at_s} me={me} order={order} />)}</tbody>
         </table></div>)}
     </section>
-  );
+    {!isKept() && <ReportsOf at={now.at_s} me={me} />}
+  </>);
 }

@@ -122,10 +122,10 @@ async function answered<T>(path: string, init?: RequestInit): Promise<T> {
   return content as T;
 }
 
-export async function send<T>(method: "POST" | "DELETE", path: string, content: object, token: string | null): Promise<T> {
+export async function send<T>(method: "POST" | "DELETE", path: string, content: object, token: string | null, longest_ms = 90_000): Promise<T> {
   const headers: Record<string, string> = { "Content-Type": "application/json" };
   if (token) headers["X-Homeostat-Token"] = token;
-  return answered<T>(path, { method, headers, body: JSON.stringify(content), signal: AbortSignal.timeout(90_000) });
+  return answered<T>(path, { method, headers, body: JSON.stringify(content), signal: AbortSignal.timeout(longest_ms) });
 }
 
 export async function ask<T>(path: string, query: Record<string, string | number | string[]> = {}): Promise<T> {

@@ -46,8 +46,8 @@ def run(tmp_path: Path) -> Path:
     return tmp_path / "run"
 
 
-def facts(run: Path, last_s: float = math.inf) -> Facts:
-    return facts_of(read_events(run), last_s)
+def facts(run: Path, last_s: float = math.inf, until_s: float = math.inf) -> Facts:
+    return facts_of(read_events(run), last_s, until_s)
 
 
 def test_all_of_it(run: Path) -> None:
@@ -70,6 +70,14 @@ def test_the_last_of_it_leaves_out_what_was_over_and_takes_what_lasted_from_its_
     assert "starts of the guard" not in found.counts and found.plant == "tank"
 
 
+def test_an_earlier_stretch_is_told_as_it_was_known_then(run: Path) -> None:
+    found = facts(run, 40.0, 105.0)
+    assert (found.from_s, found.to_s) == (65.0, 105.0) and not found.diagnosed and not found.asked
+    assert {mode: x.lasted_s for mode, x in found.modes.items()} == {"observe": 35.0, "advise": 5.0}
+    assert found.alarms["link"].lasted_s == 5.0 and found.bad["T1"].lasted_s == 25.0
+    assert facts(run, until_s=1e6) == facts(run) and facts(run, until_s=-1.0).length_s == 0.0
+
+
 def test_the_page_is_well_formed_and_says_it(run: Path) -> None:
     text = page(facts(run))
     ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
@@ -87,4 +95,7 @@ def test_the_command_writes_it_once(run: Path, tmp_path: Path) -> None:
     assert (done.status, done.err) == (0, "") and "1 alarms, 1 diagnoses, 1 requests in 90 s" in done.out
     refused(homeostat("report", "run", "--out", "page.html", cwd=tmp_path), "--force")
     refused(homeostat("report", "run", "--last", "soon", "--out", "p.html", cwd=tmp_path), "say 7d, 8h")
+    refused(homeostat("report", "run", "--until", "noon", "--out", "p.html", cwd=tmp_path), "--until 'noon'")
+    done = homeostat("report", "run", "--last", "40s", "--until", "105s", "--out", "p.html", cwd=tmp_path)
+    assert (done.status, done.err) == (0, "") and "1 alarms, 0 diagnoses, 0 requests in 40 s" in done.out
     refused(homeostat("report", "nowhere", "--out", "p.html", cwd=tmp_path), "not a directory")

@@ -6,18 +6,23 @@ import re
 import sys
 from pathlib import Path
 
+import numpy as np
+
 from homeostat.cli.arguments import UsageError, writable
 from homeostat.cli.recorded_plant import plant_of_run
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.quotation import printable
 from homeostat.history.samples import Span
+from homeostat.history.store import HistoryReader
 from homeostat.journal import read_events
 from homeostat.journal.beside.files import write_whole
 from homeostat.service.attached.place import KEPT, begins
+from homeostat.service.historian.observed import PROCESS_TIME
 from homeostat.service.report.facts import facts_of
 from homeostat.service.report.page import page
 from homeostat.service.report.residuals import Followed
 
+_DAY_US = 86_400_000_000
 _UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
 
 
@@ -25,7 +30,7 @@ def carry_out(options: argparse.Namespace) -> int:
     """Write the page and print where it is; 0."""
     run_dir = run_directory(options.run)
     out = writable(options.out, options.force)
-    facts = facts_of(read_events(run_dir), _seconds(options.last))
+    facts = facts_of(read_events(run_dir), _seconds("--last", options.last), _seconds("--until", options.until))
     followed = _followed(options, run_dir)
     write_whole(out, page(facts, followed).encode())
     counts = f"{len(facts.alarms)} alarms, {len(facts.diagnosed)} diagnoses, {len(facts.asked)} requests"
@@ -52,16 +57,35 @@ def _followed(options: argparse.Namespace, run_dir: Path) -> Followed | None:
     if plant is None:
         return None  # why was said
     pace = float(str(started.settings.get("pace")))
-    last_us = extent.to_us - extent.from_us if options.last is None else round(_seconds(options.last) / pace * 1e6)
+    end_us = until_us(history, extent, _seconds("--until", options.until))
+    last_us = end_us - extent.from_us
+    if options.last is not None:
+        last_us = round(_seconds("--last", options.last) / pace * 1e6)
     print(f"{plant.name}'s twin follows the history in {printable(str(folder))}", file=sys.stderr)
-    return residuals(plant, history, Span(max(extent.to_us - last_us, extent.from_us), extent.to_us))
+    return residuals(plant, history, Span(max(end_us - last_us, extent.from_us), end_us))
 
 
-def _seconds(text: str | None) -> float:
+def until_us(history: HistoryReader, extent: Span, until_s: float) -> int:
+    """When process time ``until_s`` was over [us]: it stood while the plant was not attached; the extent's end at most.
+
+    It is looked for from the end on, day by day.
+    """
+    to_us = extent.to_us
+    while math.isfinite(until_s) and to_us > extent.from_us:
+        day = Span(max(to_us - _DAY_US, extent.from_us), to_us)
+        found = history.read([PROCESS_TIME], day)[PROCESS_TIME]
+        before = np.flatnonzero(found.value <= until_s)
+        if before.size:
+            return to_us if before[-1] == found.value.size - 1 else int(found.time_us[before[-1]]) + 1
+        to_us = day.from_us
+    return to_us
+
+
+def _seconds(option: str, text: str | None) -> float:
     """``text``, as 7d or 8h, in seconds; infinite where there is none."""
     if text is None:
         return math.inf
     found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,3})?)(s|min|h|d)", text)
     if found is None or float(found[1]) == 0.0:
-        raise UsageError(f"--last {text!r} is no length of time; say 7d, 8h, 30min or 90s")
+        raise UsageError(f"{option} {text!r} is no length of time; say 7d, 8h, 30min or 90s")
     return float(found[1]) * _UNITS_S[found[2]]

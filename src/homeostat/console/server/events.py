@@ -8,6 +8,8 @@ import threading
 from collections.abc import AsyncIterator, Iterable, Iterator
 from typing import final
 
+from pydantic import BaseModel, ConfigDict, Field
+from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
@@ -16,12 +18,21 @@ from homeostat.console.events.alarms import AlarmList, alarm_list, as_csv, cell
 from homeostat.console.events.lines import Verified, journal_page, verified
 from homeostat.console.opened import OpenedRun
 from homeostat.console.readings import Readings
+from homeostat.console.reports.reports import Busy, Last, NotReported, Reports
 from homeostat.console.server.asked import csv_answer, json_answer, measured, number, span
+from homeostat.console.server.desk import body
 from homeostat.console.server.lanes import Gone, Lanes
 from homeostat.journal.beside.files import JOURNAL
 
 _WORDS = 200
 _ROWS = 2000
+
+
+class _Asked(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    last: Last
+    at_s: float = Field(ge=0.0, le=1e9, allow_inf_nan=False)
 
 
 @final
@@ -33,12 +44,14 @@ class Events:
         self._run, self._lanes = run, lanes
         self._verifying = threading.Lock()
         self._verified: tuple[int, Verified] | None = None
+        self._reports = Reports(run)
 
     def routes(self) -> list[Route]:
         """What is answered here."""
         answers = {"alarms": self.alarms, "alarms.csv": self.alarms_csv, "journal": self.journal,
                    "verified": self.verified, "readings.csv": self.readings_csv}  # fmt: skip
-        return [Route(f"/api/{name}", answer, methods=["GET"]) for name, answer in answers.items()]
+        found = [Route(f"/api/{name}", answer, methods=["GET"]) for name, answer in answers.items()]
+        return [*found, Route("/api/report", self.report, methods=["POST"])]
 
     async def alarms(self, request: Request) -> Response:
         """Alarms in their states at one moment."""
@@ -78,6 +91,14 @@ class Events:
                     return
 
         return csv_answer(pieces(), "readings.csv")
+
+    async def report(self, request: Request) -> Response:
+        """A report of the last hours or days, which costs more than what is asked for without the page."""
+        asked = await body(request, _Asked)
+        try:
+            return json_answer(await run_in_threadpool(self._reports.make, asked.last, asked.at_s))
+        except NotReported as error:
+            return json_answer({"error": str(error)}, 429 if isinstance(error, Busy) else 400)
 
     def _alarms(self, at_s: float) -> AlarmList:
         return alarm_list(self._run.until(at_s), at_s)

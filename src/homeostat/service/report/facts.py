@@ -111,13 +111,14 @@ _COUNTED: Mapping[str, str] = {
 }
 
 
-def facts_of(records: Iterable[Record], last_s: float = math.inf) -> Facts:
-    """What ``records``, a whole journal in order, say of their last ``last_s`` [s of process time].
+def facts_of(records: Iterable[Record], last_s: float = math.inf, until_s: float = math.inf) -> Facts:
+    """What ``records``, a whole journal in order, say of the ``last_s`` up to ``until_s`` [s of process time].
 
-    What began before the stretch counts from its begin.
+    What began before the stretch counts from its begin; where the journal ends earlier, the stretch does.
     """
-    known = tuple(records)
-    facts = Facts(to_s=known[-1].at_s if known else 0.0)
+    every = tuple(records)
+    known = tuple(record for record in every if record.at_s <= until_s)
+    facts = Facts(to_s=min(every[-1].at_s, until_s) if known else 0.0)
     facts.from_s = max(facts.to_s - last_s, known[0].at_s if known else 0.0)
     tried: dict[str, tuple[Command, ...]] = {}
     for record in known:

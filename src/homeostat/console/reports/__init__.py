@@ -1,0 +1,1 @@
+"""Reports of shifts and weeks, made beside the console."""
