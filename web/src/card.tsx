@@ -1,9 +1,10 @@
 // The card of an episode: four answers first, then everything that they stand on.
 
+import { Behind } from "./behind";
 import { Bands, TimeLeft, shownOf } from "./foresight";
 import { FeatureChart } from "./trends";
 import { useState } from "preact/hooks";
-import { send, type Card, type Margin, type Me, type Moment, type Move, type Proposal, type Retold, type Run } from "./told";
+import { send, type Card, type Choice, type Margin, type Me, type Moment, type Move, type Proposal, type Retold, type Run } from "./told";
 import { amount, distance, fromTo, moment, moved, percent, signed, span, timeOf } from "./words";
 
 export function Moves({ moves }: { moves: Move[] }) {
@@ -155,6 +156,14 @@ function Explanations({ card }: { card: Card }) {
   );
 }
 
+// A cost, and behind it what it is made up of.
+function CostOf({ choice, currency }: { choice: Choice; currency: string }) {
+  const cost = `${choice.cost.toFixed(1)} ${currency}`;
+  if (!choice.items.length) return <>{cost}</>;
+  const items = choice.items.map(([name, value]) => `${name} ${value.toFixed(1)}`);
+  return <Behind word={cost} about={items.join(", ")}>{items.join("\n")}</Behind>;
+}
+
 function Choices({ card }: { card: Card }) {
   const least = card.choices.find((c) => c.kind === "leave alone");
   return (
@@ -164,7 +173,7 @@ function Choices({ card }: { card: Card }) {
         <tbody>{card.choices.map((c, k) => (
           <tr key={k} class={c.chosen ? "chosen" : ""}>
             <th scope="row">{c.chosen ? "✓ " : ""}{c.what} <span class="quiet">{c.by && `by ${c.by}`}</span></th>
-            <td class="n" title={c.items.map(([name, value]) => `${name} ${value.toFixed(1)}`).join(", ")}>{c.cost.toFixed(1)} {card.currency}</td>
+            <td class="n"><CostOf choice={c} currency={card.currency} /></td>
             <td class="n">{least && c !== least ? signed(c.cost - least.cost, card.currency) : ""}</td>
             <td>{c.refused ? <span class="quiet">no: {c.refused}</span> : c.chosen ? "yes, chosen" : "yes"}</td>
           </tr>))}

@@ -1,6 +1,7 @@
 // The plant: its flowsheet with readings, and analogue indicators with what is usual and what is the limit.
 
 import { useMemo, useRef, useState } from "preact/hooks";
+import { Behind } from "./behind";
 import type { Box, Moment, Run, Sheet, Tag } from "./told";
 import { reading, span } from "./words";
 
@@ -44,8 +45,8 @@ function Indicator({ tag, now, out, doubt }: { tag: Tag; now: Moment; out: strin
   const wide = high - low || 1, at = (x: number) => 4 + (192 * (Math.min(Math.max(x, low), high) - low)) / wide;
   const setpoint = now.values[`${tag.name}.sp`];
   return (
-    <li class={`indicator ${wrong}`} title={tag.text}>
-      <span class="name">{tag.name}</span>
+    <li class={`indicator ${wrong}`}>
+      <Behind word={tag.name} about={tag.text}>{[tag.text, ...tag.limits.map((l) => l.text)].join("\n")}</Behind>
       <svg viewBox="0 0 200 22" role="img" aria-label={`${tag.name} ${reading(value, tag)}`}>
         <rect x="4" y="8" width="192" height="6" class="track" />
         {tag.usual && <rect x={at(tag.usual[0])} y="6" width={Math.max(2, at(tag.usual[1]) - at(tag.usual[0]))} height="10" class="usual" />}
