@@ -4,7 +4,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import uPlot from "uplot";
 import { Grip, readable, type Range } from "./grip";
 import { isKept } from "./kept";
-import { colour, DASHES } from "./trends";
+import { colour, DASHES, legend } from "./trends";
 import { ask, type Run, type Trend } from "./told";
 import { moment, span } from "./words";
 
@@ -17,12 +17,12 @@ function options(run: Run, tags: string[], width: number, range: () => Range): u
   const strokes = [colour("--ink"), colour("--line2"), colour("--line3"), quiet, colour("--warn")];
   const axis = { stroke: quiet, grid: { stroke: faint, width: 1 }, ticks: { stroke: faint, width: 1 }, font: "12px system-ui, sans-serif" };
   return {
-    width, height: 380, legend: { live: true }, cursor: { drag: { x: false, y: false } },
+    width, height: 380, legend: legend(strokes), cursor: { drag: { x: false, y: false } },
     scales: { x: { time: false, range: () => { const { from, to } = range(); return [from, to]; } } },
     axes: [{ ...axis, size: 34, values: (_u, at) => at.map((s) => `${s} s`) },
       ...scales.map((unit, k) => ({ ...axis, scale: unit, size: 64, side: k % 2 ? 1 : 3, label: unit === "1" ? "" : unit, labelSize: 18, grid: { show: k === 0, stroke: faint, width: 1 } }))],
     series: [{ label: "Time", value: (_u, s) => (s == null ? "–" : moment(s)) },
-      ...tags.map((label, k) => ({ label, scale: units[k]!, stroke: strokes[k % 5]!, width: 1.5, dash: DASHES[k % 4]!, points: { show: false },
+      ...tags.map((label, k) => ({ label, scale: units[k]!, stroke: strokes[k % 5]!, width: 1.5, dash: DASHES[k % 5]!, points: { show: false },
         value: (_u: uPlot, v: number | null) => (v == null ? "–" : `${Number(v.toPrecision(5))}${units[k] === "1" ? "" : ` ${units[k]}`}`) }))],
   };
 }

@@ -163,7 +163,7 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
         {run.measured && <div class="side">
           <section id="readings" tabIndex={-1} aria-label="Readings"><h2>Readings</h2>
             <Indicators run={run} now={now} />
-            <p class="legend">▼ reading  ▲ setpoint  <span class="key usual" /> 98 % of the readings before anything was seen  <span class="key limit" /> limit  ◇ unusual  ■ beyond a limit  ? poor quality</p>
+            <p class="legend">▼ reading  ▲ setpoint  <span class="key usual" /> 98 % of the readings before anything was seen  <span class="key hard" /> hard limit  <span class="key soft" /> other limit  ◇ unusual  ■ beyond a limit  ? poor quality</p>
           </section>
           <section id="trends" tabIndex={-1} aria-label="Trends"><h2>Trends <span class="choice">{BACKS.map(([s, name]) => (
             <button type="button" key={s} aria-pressed={back === s} onClick={() => setBack(s)}>{name}</button>))}</span></h2>

@@ -52,7 +52,7 @@ function Indicator({ tag, now, out, doubt }: { tag: Tag; now: Moment; out: strin
         {tag.usual && <rect x={at(tag.usual[0])} y="6" width={Math.max(2, at(tag.usual[1]) - at(tag.usual[0]))} height="10" class="usual" />}
         {tag.limits.map((l) => <g key={`${l.name}${l.value}`} class={l.hard ? "limit hard" : "limit"}><title>{l.text}</title>
           <rect x={l.upper ? at(l.value) : 4} y="8" width={Math.max(0, l.upper ? 196 - at(l.value) : at(l.value) - 4)} height="6" class="beyond" />
-          <rect x={at(l.value) - 1} y="3" width="2" height="16" class="tick" /></g>)}
+          <rect x={at(l.value) - (l.hard ? 2 : 0.75)} y={l.hard ? 1 : 4} width={l.hard ? 4 : 1.5} height={l.hard ? 20 : 14} class="tick" /></g>)}
         {typeof setpoint === "number" && <path d={`M${at(setpoint)} 15l4 6h-8z`} class="setpoint"><title>setpoint</title></path>}
         {typeof value === "number" && <path d={`M${at(value)} 7l-5 -7h10z M${at(value) - 0.75} 6h1.5v10h-1.5z`} class="pointer" />}
       </svg>

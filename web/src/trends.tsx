@@ -5,7 +5,19 @@ import uPlot from "uplot";
 import { readable } from "./grip";
 import { ask, type FeatureTrend, type Panel, type Run, type Trend } from "./told";
 
-export const DASHES = [[], [6, 4], [2, 3], [8, 3, 2, 3]];
+// As many as there may be lines on one chart: no two of them are told apart by colour alone.
+export const DASHES = [[], [6, 4], [2, 3], [8, 3, 2, 3], [14, 3, 2, 3, 2, 3]];
+
+// Legends show each line as it is drawn.
+export function legend(strokes: string[]): uPlot.Legend {
+  return { live: true, markers: { width: 0, fill: (_u, k) => (k ? drawn(strokes[(k - 1) % strokes.length]!, DASHES[(k - 1) % DASHES.length]!) : "none") } };
+}
+
+function drawn(stroke: string, dash: number[]): string {
+  let at = 0;
+  const stops = dash.map((wide, k) => { const from = at; at += wide; return `${k % 2 ? "transparent" : stroke} ${from}px ${at}px`; });
+  return dash.length ? `repeating-linear-gradient(90deg, ${stops.join(", ")})` : stroke;
+}
 
 export function colour(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -22,7 +34,7 @@ function plot(
   return new uPlot({
     width: Math.max(200, box.clientWidth), height,
     cursor: { sync: { key: "trends" }, drag: { x: false, y: false } },
-    legend: { live: true },
+    legend: legend(strokes),
     scales: {
       x: { time: false },
       y: { range: (_u, min, max) => {
