@@ -91,14 +91,15 @@ def main() -> None:
     parser.add_argument("--every", type=float, default=EVERY_S, help="from one fault to the next [s]")
     parser.add_argument("--dir", type=Path, default=Path("runs/attached/day"))
     options = parser.parse_args()
-    rows = Rows(options.dir / "faults.jsonl")
+    folder: Path = options.dir.resolve()  # what it starts works in folders of its own
+    rows = Rows(folder / "faults.jsonl")
     planned = list(islice(cycle(FAULTS), int(options.hours * 3600.0 / options.every)))[len(rows.all()) :]
-    served = options.dir / f"served{len(list(options.dir.glob('served*')))}"  # a server that begins anew has new keys
+    served = folder / f"served{len(list(folder.glob('served*')))}"  # a server that begins anew has new keys
     served.mkdir(parents=True)
     with Reactor(served, SCALE, "--heartbeat", "60") as reactor:
         text = reactor.mapping.read_text().replace("[connection]\n", "[connection]\npublish_s = 0.02\n")
         reactor.mapping.write_text(text)
-        with Attached(reactor, options.dir / f"live{served.name[6:]}") as attached:
+        with Attached(reactor, folder / f"live{served.name[6:]}") as attached:
             attached.waits_for(lambda now: now["thinking"]["process"] and now["state"] == "normal", "normal", 600.0)
             for fault, severity in planned:
                 due_s = attached.status["now_s"] + options.every
