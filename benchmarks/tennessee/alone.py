@@ -96,11 +96,6 @@ class Ended:
     """What was the case, up to a little after the trip."""
 
 
-def alone(plant: Plant, fault: str, seed: int, mismatch: str = NONE) -> Trip:
-    """What becomes of ``plant`` with ``fault`` at its nominal size, with its own parameters and noise of ``seed``."""
-    return ended(plant, Upset(0, fault, (), "", ""), seed, mismatch)[0]
-
-
 def ended(plant: Plant, upset: Upset, seed: int, mismatch: str = NONE) -> tuple[Trip, Trajectory]:
     """What becomes of ``plant`` with ``upset``, with parameters, courses and noise of ``seed``; true values."""
     found = left_alone(plant, upset.scenario(plant, seed, ONSET_S, ONSET_S + 3600.0 * HOURS, mismatch))

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import math
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from benchmarks.host import kept
-from benchmarks.tennessee.alone import ONSET_S, Trip, alone
+from benchmarks.tennessee.alone import Trip, left_alone
+from benchmarks.tennessee.published import HOURS as ALONE_HOURS
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import departing, scenario
 from homeostat.links.clock import DeclaredClock
@@ -67,13 +68,14 @@ def there(fault: str, seed: int) -> bool:
 
 
 def _looked(plant: Plant, fault: str, seed: int) -> Looked:
-    nobody = alone(plant, fault, seed, MISMATCH)
-    case = departing(plant, scenario(plant, fault, seed, ONSET_S, end_s=ONSET_S + 3600.0 * HOURS), mismatch=MISMATCH)
+    onset_s = plant.onset_s  # by then monitoring has its window; nothing is noticed before
+    case = departing(plant, scenario(plant, fault, seed, onset_s, end_s=onset_s + 3600.0 * HOURS), mismatch=MISMATCH)
+    nobody = left_alone(plant, replace(case, end_s=onset_s + 3600.0 * ALONE_HOURS)).trip
     began = time.process_time()
     done = run(plant, case, clock=DeclaredClock(THOUGHT_S)).result(Path())
     cpu_s = time.process_time() - began
     hard = {limit.name for limit in plant.description.limits.hard}
-    detected, released = (None if at is None else at - ONSET_S for at in (done.detected_s, done.released_s))
+    detected, released = (None if at is None else at - onset_s for at in (done.detected_s, done.released_s))
     return Looked(
         fault=fault,
         seed=seed,
