@@ -152,6 +152,7 @@ def test_who_only_looks_changes_no_pace_and_no_order_is_lost_in_a_pause(tmp_path
         assert operator.order("note", "", reason="looks odd").status == 200
         operator.send("/api/pace", {"paused": True})
         until(lambda: operator.send("/api/pace", {}).json["stands"])
+        assert "homeostat: the run is paused at its page" in server.told
         assert server.interrupt() != 0
         assert "Traceback" not in server.told and (server.folder / "run" / MANIFEST).is_file()
         ended = [e.fields["outcome"] for e in read_events(server.folder / "run") if e.kind == RunFinished.kind]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import Final, final
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -20,6 +21,10 @@ _ELSEWHERE: Final = (
     "only a simulated run that goes on with this page has a pace ('homeostat run CASE --console'); in mode approve a "
     "person decides in real time"
 )
+
+
+_PAUSED: Final = "the run is paused at its page; it goes on from there, and Ctrl-C ends it"
+_LOG: Final = logging.getLogger("homeostat.console")
 
 
 class _Asked(BaseModel):
@@ -50,10 +55,12 @@ class Paces:
         if (refused := only_looks(request)) is not None:
             return refused
         asked, pacing = await body(request, _Asked), self._run.pacing
-        if pacing is None or pacing.now is None:
+        pace = None if pacing is None else pacing.now
+        if pacing is None or pace is None:
             return json_answer({"error": _ATTACHED if self._run.attached else _ELSEWHERE}, 409)
         if asked.speed is not None:
             pacing.choose(asked.speed)
-        if asked.paused is not None:
+        if asked.paused is not None and asked.paused != pace.paused:
+            _LOG.warning(_PAUSED if asked.paused else "the run goes on")
             pacing.pause() if asked.paused else pacing.go_on()
         return json_answer(pacing.now)
