@@ -165,7 +165,9 @@ def test_two_commands_at_the_same_time_both_find_a_whole_plant(boiler: Path) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("delay_s", [0.0, 0.5, 3.0])
+@pytest.mark.parametrize(
+    "delay_s", [pytest.param(0.0, marks=pytest.mark.wide), 0.5, pytest.param(3.0, marks=pytest.mark.wide)]
+)
 def test_killed_in_the_middle_leaves_the_former_or_the_new_file_whole(delay_s: float, boiler: Path) -> None:
     older_values(boiler)
     before = state(boiler)

@@ -103,7 +103,7 @@ def test_a_table_without_the_column_gets_it(impeller: Path, tmp_path: Path) -> N
     ("disturbance", "end_s", "seed", "name", "severity"),
     [
         (IMPELLER.replace("1.25", "1.35"), 1520, 5, "larger_impeller", "0.028"),
-        (WELL.replace("5", "3", 1), 1480, 6, "loose_well", "3"),
+        pytest.param(WELL.replace("5", "3", 1), 1480, 6, "loose_well", "3", marks=pytest.mark.wide),
     ],
 )
 def test_the_next_time_it_is_found_by_its_name(

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.slow
 SECRET = "GEZDGNBVGY3TQOJQGEZDGNBVGY3TQOJQ"
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("theme", ["light", pytest.param("dark", marks=pytest.mark.wide)])
 def test_password_and_code_with_the_keyboard_alone(browser: Any, tmp_path: Path, theme: str) -> None:
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-core is not installed").Axe()
     people = accounts(tmp_path / "people.json", Bo="operator", Cem="operator")

@@ -81,8 +81,16 @@ def test_the_journal_is_searched_on_the_page(page: Any, console: Served) -> None
     page.locator("#journal tbody tr", has_text="released").first.wait_for()
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
-@pytest.mark.parametrize("width", [800, 1280, 1920])
+@pytest.mark.parametrize(
+    ("width", "theme"),
+    [
+        *((800, "dark"), (1920, "light")),
+        *(
+            pytest.param(width, theme, marks=pytest.mark.wide)
+            for width, theme in ((800, "light"), (1280, "light"), (1280, "dark"), (1920, "dark"))
+        ),
+    ],
+)
 def test_axe_core_finds_nothing(browser: Any, console: Served, theme: str, width: int) -> None:
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-core is not installed").Axe()
     page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=theme)

@@ -116,7 +116,9 @@ def test_steps_as_usual_are_told_from_others() -> None:
     assert not as_usual(mixing(), [*usual[:4], "bypass_emptying_B201"]) and not as_usual(mixing(), usual[1:])
 
 
-@pytest.mark.parametrize(("onset_s", "kind"), [(114.0, Outcome.RECOVERED), (None, Outcome.NO_ACTION)])
+@pytest.mark.parametrize(
+    ("onset_s", "kind"), [(114.0, Outcome.RECOVERED), pytest.param(None, Outcome.NO_ACTION, marks=pytest.mark.wide)]
+)
 def test_a_batch_that_is_released_step_by_step_is_not_acted_upon_without_need(
     onset_s: float | None, kind: Outcome
 ) -> None:

@@ -32,7 +32,7 @@ def events(name: str, seed: int) -> tuple[str, list[tuple[float, Event]]]:
     return trace.last, [(entry.at_s, entry.event) for entry in trace.entries]
 
 
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize("name", [pytest.param("cstr", marks=pytest.mark.wide), "mixing_module"])
 def test_a_whole_run_is_the_same_a_second_time(name: str) -> None:
     first = events(name, 1)
     assert {"diagnosed", "attempted"} <= {event.kind for _, event in first[1]}

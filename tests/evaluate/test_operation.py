@@ -149,7 +149,7 @@ def test_after_a_fallback_people_reset_choose_a_mode_and_start_again() -> None:
     assert [e.state for e in person.of(StateEntered)] == ["filling_B201", "aborted", "idle", "filling_B201"]
 
 
-@pytest.mark.parametrize("mode", [Mode.OBSERVE, Mode.ADVISE])
+@pytest.mark.parametrize("mode", [Mode.OBSERVE, pytest.param(Mode.ADVISE, marks=pytest.mark.wide)])
 def test_nobody_writes_where_nobody_may_while_the_guard_follows_the_plant(mode: Mode) -> None:
     person = Person([
         (5.0, Verb.MODE, {"subject": "closed-loop"}), (6.0, Verb.FALL_BACK, {"reason": "smoke"}),

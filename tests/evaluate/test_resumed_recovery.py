@@ -55,10 +55,10 @@ def killed(run: Path, into: Path, dies: str) -> Past:
 @pytest.mark.parametrize(
     "dies",
     [
-        *("attempted", "write-intended", "released"),
+        "released",
         *(
             pytest.param(name, marks=pytest.mark.wide)
-            for name in ("noticed", "diagnosed", "write-ended", "state-entered")
+            for name in ("noticed", "diagnosed", "attempted", "write-intended", "write-ended", "state-entered")
         ),
     ],
 )

@@ -65,7 +65,14 @@ def writes(run: Path) -> list[tuple[float, int, str]]:
     return [(r.at_s, r.fields["write"], r.fields["source"]) for r in read_events(run) if r.kind == "write-intended"]  # type: ignore[misc]
 
 
-@pytest.mark.parametrize(("kind", "at_s"), [("state-entered", 1.0), ("read-back", 2.0), ("step-taken", 37.0)])
+@pytest.mark.parametrize(
+    ("kind", "at_s"),
+    [
+        pytest.param("state-entered", 1.0, marks=pytest.mark.wide),
+        ("read-back", 2.0),
+        pytest.param("step-taken", 37.0, marks=pytest.mark.wide),
+    ],
+)
 def test_killed_between_two_thoughts_it_goes_on_as_if_it_had_not_been(
     folder: Path, tmp_path: Path, kind: str, at_s: float
 ) -> None:
@@ -93,7 +100,13 @@ def test_what_chance_does_to_the_plant_goes_on_as_it_would_have(tmp_path: Path) 
     assert not np.array_equal(first.truth.signals["B202.level"], quiet.truth.signals["B202.level"])
 
 
-@pytest.mark.parametrize("kind", ["write-intended", "write-ended", "sequence-loaded", "diagnosed", "attempted"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        *("write-ended", "attempted"),
+        *(pytest.param(kind, marks=pytest.mark.wide) for kind in ("write-intended", "sequence-loaded", "diagnosed")),
+    ],
+)
 def test_killed_in_the_middle_of_a_recovery_the_plant_has_the_same_past_and_is_recovered(
     folder: Path, tmp_path: Path, kind: str
 ) -> None:

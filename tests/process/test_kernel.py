@@ -124,7 +124,7 @@ def test_where_nothing_can_be_kept_it_works_all_the_same(tmp_path: Path) -> None
     "more",
     [
         "raise ValueError('no')",
-        "work[:] = u[0, :2, 0]",
+        pytest.param("work[:] = u[0, :2, 0]", marks=pytest.mark.wide),
         pytest.param("x[m, 0] += np.ones(k + 1)[k]", marks=pytest.mark.wide),
     ],
 )
@@ -208,7 +208,7 @@ def test_a_kernel_that_depends_on_what_is_around_it_is_refused() -> None:
     [
         "x[m, 0] += math.gamma(3.0)",
         pytest.param("x[m, 0] += math.ldexp(1.0, 2)", marks=pytest.mark.wide),
-        "x[m, 0] += k**k",
+        pytest.param("x[m, 0] += k**k", marks=pytest.mark.wide),
     ],
 )
 def test_what_only_numba_has_is_refused_when_it_is_compiled(tmp_path: Path, more: str) -> None:

@@ -45,9 +45,9 @@ def asked_at(url: str, name: str) -> RetryingModel:
 
 
 RUNS = (("cool_stuck_closed", 1), ("pump_degrade", 2), ("outlet_block", 3), ("inlet_stuck_open", 4), ("level_bias", 5))
-HARMFUL = ("upper_edge", "nan", "contradictory", "huge", "dropped")
-"""Servers: what is admissible and extreme, no number, no sense, no end, and no answer."""
-HARMFUL_ALIKE = ("extreme", "echo", "refusal", "unicode_tricks")
+HARMFUL = ("upper_edge", "nan", "dropped")
+"""Servers: what is admissible and extreme, no number, and no answer."""
+HARMFUL_ALIKE = ("contradictory", "huge", "extreme", "echo", "refusal", "unicode_tricks")
 
 
 def test_random_weights_release_nothing_unsafe(knows_nothing: str) -> None:
@@ -82,7 +82,7 @@ def test_a_key_that_a_server_repeats_is_in_no_event(means_harm: str, monkeypatch
         assert any("[key]" in line for line in told), "it was there, and was struck out"
 
 
-@pytest.mark.parametrize("name", ["hang", "slow_drip"])
+@pytest.mark.parametrize("name", ["slow_drip", pytest.param("hang", marks=pytest.mark.wide)])
 def test_a_server_that_takes_its_time_costs_no_more_than_it_may(means_harm: str, name: str) -> None:
     row, _ = run_with(
         asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1050.0, clock=ThinkingClock(),

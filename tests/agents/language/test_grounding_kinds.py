@@ -124,7 +124,13 @@ def test_reprompting_is_told_the_same_rules(kind: GroundingKind) -> None:
     assert all(prompt_file("rules", kind).strip() in q.system for q in model.asked) and model.asked
 
 
-@pytest.mark.parametrize("kind", GroundingKind)
+@pytest.mark.parametrize(
+    "kind",
+    [
+        GroundingKind.GRAPH,
+        *(pytest.param(k, marks=pytest.mark.wide) for k in GroundingKind if k != GroundingKind.GRAPH),
+    ],
+)
 def test_a_run_recovers_under_each_kind(kind: GroundingKind) -> None:
     """With nobody but the model to propose: beside a search that finds something cheap it would not be asked."""
     model, trace = ScriptedModel("scripted:reasonable", reasonable), MemoryTrace()

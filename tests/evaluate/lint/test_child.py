@@ -49,11 +49,11 @@ def said(folder: Path, silent_s: float = 20.0) -> list[Finding]:
     ("statement", "words"),
     [
         ("raise ValueError('no such state')", "ValueError: no such state"),
-        ("raise SystemExit(0)", "SystemExit: 0"),
-        ("raise BaseException()", "BaseException"),
+        pytest.param("raise SystemExit(0)", "SystemExit: 0", marks=pytest.mark.wide),
+        pytest.param("raise BaseException()", "BaseException", marks=pytest.mark.wide),
         ("os._exit(7)", "ends the process, with status 7"),
         ("return {}", "readings have no"),
-        ("return 5", "TypeError"),
+        pytest.param("return 5", "TypeError", marks=pytest.mark.wide),
     ],
 )
 def test_whatever_it_does_is_a_finding_with_a_place_and_a_remedy(tmp_path: Path, statement: str, words: str) -> None:

@@ -87,7 +87,7 @@ def test_a_leak_that_would_spill_too_much_meanwhile_is_not_tested() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("fault", ["leakage_main", "leakage_common"])
+@pytest.mark.parametrize("fault", ["leakage_main", pytest.param("leakage_common", marks=pytest.mark.wide)])
 @pytest.mark.parametrize(("severity", "seed"), [(0.3, 1), pytest.param(0.5, 3, marks=pytest.mark.wide)])
 def test_over_seeds_and_sizes_both_leaks_are_named_in_the_end(fault: str, severity: float, seed: int) -> None:
     _, trace = batch(fault, severity, seed)

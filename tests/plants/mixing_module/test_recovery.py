@@ -54,7 +54,8 @@ def test_a_batch_without_fault_takes_its_eight_transitions_and_nobody_acts(seed:
 
 
 @pytest.mark.parametrize(("fault", "onset_s", "severity"), [
-    ("pump_degradation", 50.0, 0.5), ("leakage_main", 125.0, 0.3),
+    ("leakage_main", 125.0, 0.3),
+    pytest.param("pump_degradation", 50.0, 0.5, marks=pytest.mark.wide),
     pytest.param("pump_failure", 125.0, None, marks=pytest.mark.wide),
     pytest.param("clogging_main", 125.0, 1.0, marks=pytest.mark.wide),
 ])  # fmt: skip
@@ -138,7 +139,7 @@ def test_a_pump_that_has_emptied_every_tank_stops_before_it_is_hurt() -> None:
 
 @pytest.mark.parametrize(("fault", "onset_s", "where", "end"), [
     ("pump_failure", 125.0, ("emptying_B201", "t4"), "complete"),
-    ("stuck_closed_VI202", 45.0, ("filling_B202", "t2"), "held"),
+    pytest.param("stuck_closed_VI202", 45.0, ("filling_B202", "t2"), "held", marks=pytest.mark.wide),
 ])  # fmt: skip
 def test_what_no_symptom_shows_is_found_when_the_batch_departs_from_its_prediction(
     fault: str, onset_s: float, where: tuple[str, str], end: str

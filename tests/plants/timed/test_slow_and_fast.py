@@ -50,6 +50,7 @@ def learned(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     return Learned(made.folder, load_plant(str(made.folder)))
 
 
+@pytest.mark.wide
 def test_a_healthy_plant_is_left_alone(learned: Learned) -> None:
     done = run(learned.plant, seed=2, thinking=declared(1.0))
     tick_s = learned.plant.description.timing.tick_s

@@ -68,7 +68,7 @@ def test_the_size_of_an_unknown_loss_of_heat_is_in_its_interval() -> None:
 
 
 @pytest.mark.parametrize("disturbance", ["T_coolant + 5", "T_feed + 8", "T_feed - 8", "T1_sp - 2"])
-@pytest.mark.parametrize("lag_s", [60, 240])
+@pytest.mark.parametrize("lag_s", [60, pytest.param(240, marks=pytest.mark.wide)])
 def test_what_is_measured_is_no_fault(disturbance: str, lag_s: int) -> None:
     found = explained(disturbance.replace("T1_sp", "T1.sp"), lag_s)
     assert found[0].name == "none" and found[0].probability >= 0.7
