@@ -127,6 +127,9 @@ def test_what_only_looks_for_mistakes_says_both_and_leaves_the_folder(boiler: Pa
     assert checked.status == 1 and "[stale-graph]" in checked.out and state(boiler) == before
     noted = homeostat("plant", "check", "./boiler", cwd=boiler.parent)
     assert noted.status == 0 and "is older than the tables" in noted.out and state(boiler) == before
+    assert noted.err.count("made again") == 1, (
+        "by the command, and not once more by the process that it has the code run in"
+    )
     edit(boiler / GRAPH, '"L1 <= 180"', '"L1 <= 190"')
     refused(homeostat("graph", "check", "./boiler", cwd=boiler.parent), "[altered]")
     found = homeostat("plant", "check", "./boiler", cwd=boiler.parent)

@@ -49,6 +49,17 @@ def test_a_plant_that_never_starts_is_not_well(tmp_path: Path) -> None:
     assert done.status == 1 and "never holds in 100 s" in done.out and "violated" not in done.out
 
 
+def test_a_start_up_that_outlasts_its_time_is_not_ready(tmp_path: Path) -> None:
+    assert homeostat("plant", "new", "./tanks", cwd=tmp_path).status == 0
+    states = tmp_path / "tanks" / "engineering" / "states.csv"
+    text = states.read_text("utf-8")
+    assert "starting,1800," in text
+    states.write_text(text.replace("starting,1800,", "starting,200,"), "utf-8")
+    done = homeostat("plant", "try", "./tanks", cwd=tmp_path)
+    (line,) = [line for line in done.out.splitlines() if line.startswith("not ready: ")]
+    assert done.status == 1 and "longer than start_up_s = 200 s (states.csv)" in line and "look at the guard" in line
+
+
 def test_what_is_learned_is_what_ships(tmp_path: Path) -> None:
     folder = copy("mixing_module", tmp_path)
     (folder / BASELINES).unlink()

@@ -78,7 +78,7 @@ ABSURD = [
     ("twin.settle_rows", "700", "at most replay_s = 640"),
     ("twin.errors.T1", "[nan, 0.1]", "errors, T1"),
     ("twin.errors.T1", "[-0.5, 0.1]", "outside 0 to"),
-    ("twin.errors.T1", "[0.5]", "at least 2 items"),
+    ("twin.errors.T1", "[0.5]", "at least 2 items are needed, and there are 1, as in T1 = [0.2, 0.5]"),
     ("twin.initial.T", "inf", "initial, T: inf"),
     ("twin.corrected", "[]", "twin, corrected: at least 1 items are needed, and there are 0; add what is meant"),
     ("objective.delivered", "[]", "objective, delivered: at least 1 items are needed, and there are 0"),
@@ -90,18 +90,21 @@ ABSURD = [
     ("objective.per_s", "0.0", "per_s: 0 s is outside 1 to 604800 s"),
     ("objective.per_s", "604801.0", "per_s: 604801 s is outside"),
     ("objective.per_s", "nan", "per_s: nan"),
-    ("objective.per_s", '"600"', "valid number"),
+    ("objective.per_s", '"600"', "per_s: it must be a number, as in per_s = 600, without quotation marks"),
     ("objective.currency", '""', "currency: "),
     ("objective.currency", '"E U R"', "currency: "),
     ("objective.currency", '"thirteen-long"', "currency: "),
-    ("objective.currency", "3", "currency: "),
+    ("objective.currency", "3", 'currency: it must be a text in quotation marks, as in currency = "3"'),
+    ("objective.delivered", '"F1"', 'delivered: it must be a list in square brackets, as in delivered = ["F1"]'),
+    ("twin.errors.T1", "3.5", "T1: it must be a list in square brackets, as in T1 = [0.2, 0.5], the noise"),
+    ("twin.errors.T1", "[1, 2, 3]", "T1: at most 2 items may stand there, and there are 3, as in T1 = [0.2, 0.5]"),
     ("monitoring.sure", "1.2", "sure: 1.2 (probability) is outside 0.5 to 1"),
     ("monitoring.sure", "nan", "sure: nan"),
     ("monitoring.settle_s", "-1.0", "settle_s: -1 s"),
     ("monitoring.repeat_s", "0.0", "repeat_s: 0 s is outside 1 to 86400 s"),
     ("monitoring.evidence_s", "1e9", "evidence_s: 1e+09 s"),
-    ("run.end_s", "true", "valid number"),
-    ("run.end_s", '"6000"', "valid number"),
+    ("run.end_s", "true", "it must be a number"),
+    ("run.end_s", '"6000"', "it must be a number, as in end_s = 6000"),
     ("model", '"os"', "model: 'os' is not written as 'module:class'"),
     ("system", '"no iri"', "system: 'no iri' is not written as an IRI"),
     ("title", '""', "title: "),
@@ -116,7 +119,7 @@ def test_an_absurd_value_is_one_line(key: str, value: str, words: str) -> None:
     with pytest.raises(PlantError) as caught:
         read(changed(key, value))
     message = str(caught.value)
-    assert words in message and message.startswith("some/case.toml: ") and "\n" not in message
+    assert words in message and re.match(r"some/case\.toml line \d+: ", message) and "\n" not in message
 
 
 def test_a_misspelt_key_comes_before_the_one_that_is_missing_by_it() -> None:
@@ -126,14 +129,16 @@ def test_a_misspelt_key_comes_before_the_one_that_is_missing_by_it() -> None:
 
 def test_what_nothing_follows_for_is_explained_where_it_is_missing() -> None:
     start = TEXT.index("[twin.initial]")
-    with pytest.raises(PlantError, match=r"^some/case\.toml: twin: 'initial' is missing; state what smoothing may get"):
+    with pytest.raises(
+        PlantError, match=r"^some/case\.toml line \d+: twin: 'initial' is missing; state what smoothing may get"
+    ):
         read(f"{TEXT[:start]}{TEXT[TEXT.index(chr(10) + '[', start) :]}")
 
 
 @pytest.mark.parametrize("table", ["errors", "initial"])
 def test_a_table_that_names_nothing_is_one_line(table: str) -> None:
     start = TEXT.index(f"[twin.{table}]")
-    with pytest.raises(PlantError, match=rf"^some/case\.toml: twin, {table}: at least 1 items are needed"):
+    with pytest.raises(PlantError, match=rf"^some/case\.toml line \d+: twin, {table}: at least 1 items are needed"):
         read(f"{TEXT[:start]}[twin.{table}]{TEXT[TEXT.index(chr(10) + '[', start) :]}")
 
 

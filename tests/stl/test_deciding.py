@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from homeostat.stl.deciding import deciding
+from homeostat.stl.deciding import amount, deciding
 from homeostat.stl.formula import Formula, parse
 from homeostat.stl.widest import widest
 
@@ -96,3 +96,23 @@ def test_the_widest_is_reached_where_every_tag_stands_once() -> None:
     assert most("S <= 0.3 and T <= 280") == pytest.approx(0.3) and most("S <= 0.3 or T <= 280") == 10.0
     assert most("nowhere <= 1") == math.inf and most("L / V <= 1") == math.inf
     assert widest(Formula("x", parse("S <= 0.25").root, "L"), {"S": (0.1, 1.0)}) == pytest.approx(0.15)
+
+
+@pytest.mark.parametrize(
+    ("rule", "values", "said"),
+    [
+        ("L >= 2 or F <= 0.0005", {"L": 1.5, "F": 0.05}, "0.5 L"),
+        ("L <= 11 and T <= 313", {"L": 9.0, "T": 331.9}, "18.9 K"),
+        ("V < 0.02 implies T <= 300", {"V": 0.01, "T": 305.0}, "0.01"),
+        ("L <= 11", {"L": 12.5}, "1.5 L"),
+        ("V <= 0.5", {"V": 0.75}, "0.25"),
+    ],
+)
+def test_an_amount_has_the_unit_of_what_decides(rule: str, values: dict[str, float], said: str) -> None:
+    formula = parse(rule, TAGS)
+    assert amount(formula, values, formula.margin_at(values)) == said
+
+
+def test_a_margin_that_nothing_decides_is_said_to_be_in_scales() -> None:
+    formula = parse("L >= 2 or F <= 0.0005", TAGS)
+    assert amount(formula, {"L": 1.5, "F": 0.05}, -9.43) == "9.43 scales of its tags"

@@ -202,7 +202,7 @@ def _by(
     rule: Criterion | Limit, signals: Mapping[str, NDArray[np.float64]], margin: float, member: int, row: int
 ) -> Deciding | None:
     """The comparison that gives ``rule`` its ``margin`` at ``row`` of ``member``, where that is not all of ``rule``."""
-    if rule.formula.unit != "1" and rule.formula.is_one_comparison:
+    if rule.formula.unit != "1" and rule.formula.is_one_comparison:  # nothing is read for nothing
         return None
     each = {tag: np.atleast_2d(signals[tag]) for tag in rule.formula.tags}
     values = {tag: float(found[min(member, len(found) - 1), row]) for tag, found in each.items()}

@@ -65,9 +65,25 @@ class Trial:
         return states[-1][0] if states else self.plant.description.machine.initial.name
 
     @property
+    def started_s(self) -> float:
+        """When it left start-up, which may have several states [s]; infinite where it did not."""
+        rules = self.plant.description.start_up.states
+        return next((at_s for state, at_s in self.record.states if state not in rules), math.inf)
+
+    @property
+    def longest_s(self) -> float:
+        """How long its tables say that start-up takes at most [s]; infinite where they do not."""
+        return min(self.plant.description.start_up.longest_s.values(), default=math.inf)
+
+    @property
+    def late(self) -> bool:
+        """Whether start-up took longer than the tables say, or had not ended by then."""
+        return min(self.started_s, self.scenario.end_s) > self.longest_s
+
+    @property
     def well(self) -> bool:
-        """Whether it left start-up and kept every hard limit."""
-        return bool(self.record.states) and not any(each.hard for each in self.missed)
+        """Whether it left start-up in its time and kept every hard limit."""
+        return math.isfinite(self.started_s) and not self.late and not any(each.hard for each in self.missed)
 
     @property
     def outcome(self) -> Outcome:

@@ -49,6 +49,24 @@ def deciding(formula: Formula, values: Mapping[str, float], margin: float) -> De
     return None
 
 
+def decided(formula: Formula, values: Mapping[str, float], margin: float) -> Deciding | None:
+    """As :func:`deciding`, and None as well where the margin is in the unit of the one thing that is compared."""
+    return None if formula.unit != "1" and formula.is_one_comparison else deciding(formula, values, margin)
+
+
+def amount(formula: Formula, values: Mapping[str, float], margin: float) -> str:
+    """The size of a ``margin`` of ``formula`` at ``values``, with the unit of the comparison that decides it.
+
+    Where none does, the margin of a formula that mixes units is in scales of its tags, and said to be.
+    """
+    by = decided(formula, values, margin)
+    size, unit = (margin, formula.unit) if by is None or not by.unit else (by.margin, by.unit)
+    mixed = any(comparison.unit for comparison, _ in _comparisons(formula.root))
+    if mixed and by is None:
+        return f"{abs(size):.4g} scales of its tags"
+    return f"{abs(size):.4g}" if unit in ("1", "") else f"{abs(size):.4g} {unit}"
+
+
 def _comparisons(root: Node) -> list[tuple[Comparison, bool]]:
     """Every comparison below ``root`` with whether it is negated, in reading order; not recursive."""
     stack, found = [(root, False)], []

@@ -40,3 +40,19 @@ def test_a_level_that_is_kept_against_its_consumers_is_stable(tmp_path: Path) ->
 def test_one_that_follows_the_noise_of_its_instrument_is_not(tmp_path: Path) -> None:
     (found,) = loops(tapped(tmp_path / "tapped", 50.0))
     assert "'P1.cmd' swings" in found.what and "Kp_LIC1" in found.remedy
+
+
+def test_an_actuator_at_its_end_is_told_to_be_there_and_its_gains_are_no_remedy(tmp_path: Path) -> None:
+    make_plant(tmp_path / "cold", "tanks")
+    engineering = tmp_path / "cold" / "engineering"
+    for file, old, new in (
+        ("parameters.csv", "power_H1,60,", "power_H1,20,"),
+        ("guards.csv", "T1 >= 48 and T1 <= 52", "T1 >= 35"),
+    ):
+        text = (engineering / file).read_text("utf-8")
+        assert old in text
+        (engineering / file).write_text(text.replace(old, new), "utf-8")
+    (found,) = loops(Bench(tmp_path / "cold"))
+    assert "'T1' is still " in found.what and " degC off its setpoint" in found.what
+    assert "'H1.cmd' stands at its upper end, 1" in found.what
+    assert found.remedy.startswith("state a setpoint that can be reached (engineering/setpoints.csv row ")

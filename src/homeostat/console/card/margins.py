@@ -14,7 +14,7 @@ from homeostat.domain.plant.limits import Criterion, Limit, LimitKind
 from homeostat.domain.verdict import Finding
 from homeostat.record.releases import Release
 from homeostat.record.run_record import RunRecord
-from homeostat.stl.deciding import Deciding, deciding
+from homeostat.stl.deciding import Deciding, decided
 from homeostat.stl.formula import Formula, FormulaError
 from homeostat.stl.text import render
 from homeostat.stl.tree import Always
@@ -104,5 +104,4 @@ def _least(formula: Formula, readings: Readings, span: tuple[float, float]) -> t
         return None
     least = int(np.nanargmin(margins))
     told, values = float(margins[least]), {tag: float(column[least]) for tag, column in signals.items()}
-    by = deciding(formula, values, told) if formula.unit == "1" or not formula.is_one_comparison else None
-    return by or Deciding("", told, formula.unit), float(times[least])
+    return decided(formula, values, told) or Deciding("", told, formula.unit), float(times[least])

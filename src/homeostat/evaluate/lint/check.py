@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from homeostat.evaluate.lint.checks import LOADING
 from homeostat.evaluate.lint.child import Begun, carried_out
@@ -11,8 +11,9 @@ from homeostat.evaluate.lint.deep.answers import Answered
 from homeostat.evaluate.lint.deep.faults import Outlook
 from homeostat.evaluate.lint.finding import Finding
 from homeostat.evaluate.lint.stated import stated
-from homeostat.plants.files.folder import read_files
+from homeostat.plants.files.folder import SETTINGS, PlantFiles, read_files
 from homeostat.plants.files.places import plant_folder
+from homeostat.plants.settings.lines import line_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,10 +42,24 @@ def check(name: str, names: Sequence[str] = LOADING, told: Callable[[Begun], Non
     files = read_files(plant_folder(name))
     told(Begun("tables"))
     first = stated(files)
+    lines = settings_lines(files)
     if not first.sound:
-        return Checked(first.findings)
+        return Checked(tuple(map(lines, first.findings)))
     found = list(carried_out(files.folder, tuple(names), told))
     findings = tuple(each for each in found if isinstance(each, Finding))
     outlooks = tuple(each for each in found if isinstance(each, Outlook))
     answers = tuple(each for each in found if isinstance(each, Answered))
-    return Checked((*first.findings, *findings), outlooks, answers)
+    return Checked(tuple(map(lines, (*first.findings, *findings))), outlooks, answers)
+
+
+def settings_lines(files: PlantFiles) -> Callable[[Finding], Finding]:
+    """What gives a finding about a key of the settings the line that states it."""
+    text = files.content(SETTINGS).decode("utf-8", "replace")
+
+    def located(finding: Finding) -> Finding:
+        where = finding.where
+        if where.file != SETTINGS or where.row is not None or not where.key:
+            return finding
+        return replace(finding, where=replace(where, row=line_of(text, where.key.split(", "))))
+
+    return located

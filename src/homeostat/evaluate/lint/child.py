@@ -6,6 +6,7 @@ The child says which check it begins; where none is over in the time that it has
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import signal
 import sys
@@ -22,6 +23,7 @@ from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.finding import Finding, Place, Severity, split
 from homeostat.evaluate.lint.stuck import answer_to, ask, hangs
 from homeostat.plants.error import PlantError
+from homeostat.plants.files import generated
 from homeostat.plants.files.code import told
 from homeostat.plants.files.folder import BASELINES, PlantFiles, read_files
 
@@ -100,6 +102,7 @@ def _serve(pipe: Connection, folder: str, names: tuple[str, ...], frames: str) -
     """The child: carry the checks out in their order, until one that others rely on finds something."""
     answer_to(Path(frames))
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever interrupts the command ends this process, too
+    logging.getLogger(generated.__name__).setLevel(logging.ERROR)  # what was made again the parent has told
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # a plant may print; results are the parent's to show
     here = Path(folder)
     with contextlib.suppress(BrokenPipeError):

@@ -38,6 +38,7 @@ _TABLES: Final[Mapping[str, tuple[str, str]]] = {
 }
 """What a check calls a thing -> the table that states it, and the column of its name."""
 _ROW: Final = re.compile(r"(?P<file>[\w-]+\.csv) row (?P<row>\d+)(?: \((?P<key>.*)\))?$")
+_SETTING: Final = re.compile(rf".*?/{re.escape(SETTINGS)}(?: line (?P<line>\d+))?: (?P<rest>.*)$", re.DOTALL)
 _NAMED: Final = re.compile(r"(?P<kind>[\w -]+?) '(?P<name>.*)'$")
 
 
@@ -87,9 +88,10 @@ class Places:
 
 
 def setting(message: str) -> tuple[Place, str]:
-    """Place and rest of a message about settings: ``site/case.toml: twin, errors: there is ...``."""
-    rest = message.partition(f"/{SETTINGS}: ")[2] or message
+    """Place and rest of a message about settings: ``site/case.toml line 3: twin, errors: there is ...``."""
+    stated = _SETTING.match(message)
+    line, rest = (int(stated["line"]) if stated["line"] else None, stated["rest"]) if stated else (None, message)
     keys, separator, said = rest.partition(": ")
     if separator and re.fullmatch(r"[\w'., -]+", keys):
-        return Place(SETTINGS, None, keys), said
-    return Place(SETTINGS), rest
+        return Place(SETTINGS, line, keys), said
+    return Place(SETTINGS, line), rest

@@ -7,7 +7,7 @@ from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits, O
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding
-from homeostat.stl.deciding import Deciding
+from homeostat.stl.deciding import Deciding, decided
 
 
 def permissive_findings(snapshot: Snapshot, commands: Sequence[Command], limits: Limits) -> tuple[Finding, ...]:
@@ -19,7 +19,8 @@ def permissive_findings(snapshot: Snapshot, commands: Sequence[Command], limits:
     for p in limits.of_kind(LimitKind.PERMISSIVE):
         blind = unjudged(p, values)
         if blind is None:
-            found.append(finding(p, p.formula.margin_at(values)))
+            margin = p.formula.margin_at(values)
+            found.append(finding(p, margin, by=decided(p.formula, values, margin)))
         else:
             found.append(refusal(p.name, blind))
     return tuple(found)

@@ -146,7 +146,7 @@ class TripWatch:
             margin = margin_of(limit.watched, readings.values)
             used = max(watched.raw, 0.0 if watched.disputed else watched.corrected)
             if math.isnan(margin) or (not watched.lifting and used > NEAR * self._trips[name].cusum):
-                found.append(violation(limit, margin))
+                found.append(violation(limit, margin, readings.values))
         return tuple(found)
 
     def above(self, readings: Snapshot) -> tuple[Violation, ...]:
@@ -158,7 +158,7 @@ class TripWatch:
             explained = () if watched.disputed else self._explained(limit, values)
             margin = min([margin_of(limit.watched, values), *explained, *self._unjumped(limit, values)])
             if margin < 0.0 and not watched.lifting:
-                found.append(violation(limit, margin))
+                found.append(violation(limit, margin, values))
         return tuple(found)
 
     def _change(self, starting: bool) -> None:
@@ -201,7 +201,7 @@ class TripWatch:
         counted_s = min(dt_s, LONGEST * self._tick_s)
         watched.hear(said, dt_s, counted_s, rule.cusum)
         if math.isnan(raw):  # a violated limit has not come back because nobody sees it any more
-            return blind or (violation(limit, raw) if watched.violated else None)
+            return blind or (violation(limit, raw, values) if watched.violated else None)
         explained = self._explained(limit, values) or (raw,)
         told, unjumped = min(explained), min(self._unjumped(limit, values), default=math.inf)
         if self._fresh and watched.lifting and not watched.violated and min(said, told, unjumped) >= 0.0:
@@ -231,7 +231,7 @@ class TripWatch:
 
     def _told(self, limit: Limit, raw: float, corrected: float, values: Mapping[str, float]) -> Violation:
         """The violation, and which reading has jumped where it is violated only if that was right before."""
-        found = violation(limit, min(raw, corrected))
+        found = violation(limit, min(raw, corrected), values)
         unjumped = min(self._unjumped(limit, values), default=math.inf)
         if not unjumped < 0.0 <= min((raw, *self._explained(limit, values))):
             return found

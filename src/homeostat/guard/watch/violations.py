@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from homeostat.domain.plant.limits import Limit
+from homeostat.stl.deciding import amount
 from homeostat.stl.formula import Formula
 
 Errors: TypeAlias = Mapping[str, float]
@@ -43,16 +44,26 @@ def corrected_margin(formula: Formula, values: Mapping[str, float], errors: Erro
     return margin_of(formula, {tag: value - errors.get(tag, 0.0) for tag, value in values.items()})
 
 
-def violation(limit: Limit, watched: float) -> Violation:
-    """What ``watched``, the margin to where ``limit`` trips in its unit, says of it; the margin told is the limit's."""
+def violation(limit: Limit, watched: float, values: Mapping[str, float]) -> Violation:
+    """What ``watched``, the margin to where ``limit`` trips in its unit, says of it; the margin told is the limit's.
+
+    ``values``: the readings, by tag, for the unit of what decides.
+    """
     name, text, unit, margin = limit.name, repr(limit.formula.text), limit.formula.unit, watched + limit.lead
     if math.isnan(margin):
         return Violation(name, margin, unit, f"{text} cannot be judged now ({name})")
+    size = _size(limit.formula, values, margin)
     if watched < 0.0 <= margin:
         lead = f"it trips {limit.lead:.4g} {unit} before it is violated"
-        return Violation(name, margin, unit, f"{text} holds by no more than {margin:.4g} {unit}; {lead} ({name})")
+        return Violation(name, margin, unit, f"{text} holds by no more than {size}; {lead} ({name})")
     if margin >= 0.0:
-        return Violation(
-            name, margin, unit, f"{text} was violated and holds by no more than {margin:.4g} {unit} ({name})"
-        )
-    return Violation(name, margin, unit, f"{text} is violated by {-margin:.4g} {unit} ({name})")
+        return Violation(name, margin, unit, f"{text} was violated and holds by no more than {size} ({name})")
+    return Violation(name, margin, unit, f"{text} is violated by {size} ({name})")
+
+
+def _size(formula: Formula, values: Mapping[str, float], margin: float) -> str:
+    """How large ``margin`` is, in a unit that people know."""
+    try:
+        return amount(formula, values, margin)
+    except Exception:  # a reading that is missing must not keep a violation from being told
+        return f"{abs(margin):.4g} {formula.unit}"

@@ -22,6 +22,9 @@ from homeostat.plants.plant import Plant
 from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.batch import ProcessError
 from homeostat.process.types import Vec
+from homeostat.stl.deciding import amount
+from homeostat.stl.formula import Formula
+from homeostat.stl.signals import SignalMap
 
 Act: TypeAlias = Callable[[Snapshot], ActionSet | None]
 """What is carried out after a snapshot in place of the recipe, once and for all; None for not yet."""
@@ -102,6 +105,15 @@ class Setting:
     """Its end [s]; that of the plant's runs where None."""
     wandering: float = 1.0
     """Scale of what comes from outside and varies, beside ``noise`` [1]."""
+
+
+def told_margin(formula: Formula, signals: SignalMap, margins: Vec, best: bool) -> str:
+    """The ``best`` of ``margins`` at the moments of ``signals``, or the worst, in the unit of what decides it."""
+    usable = np.where(np.isfinite(margins), margins, -np.inf if best else np.inf)
+    row = int(np.argmax(usable) if best else np.argmin(usable))
+    values = {tag: float(np.atleast_2d(signals[tag])[0, row]) for tag in formula.tags}
+    margin = float(margins[row])
+    return f"{'-' if margin < 0.0 else ''}{amount(formula, values, margin)}"
 
 
 def run(plant: Plant, setting: Setting, act: Act = lambda seen: None) -> Course:

@@ -13,10 +13,10 @@ from homeostat.domain.plant.limits import Limit, LimitKind
 from homeostat.domain.recovery import Step
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.contract import module_file
-from homeostat.evaluate.lint.deep.course import Course
+from homeostat.evaluate.lint.deep.course import Course, told_margin
 from homeostat.evaluate.lint.deep.settings import of_settings
 from homeostat.evaluate.lint.deep.symptoms import first_symptoms
-from homeostat.evaluate.lint.finding import Finding, Place, Severity, amount
+from homeostat.evaluate.lint.finding import Finding, Place, Severity
 from homeostat.guard.requests.permissives import permissive_findings
 from homeostat.plants.wired.assembly import nominal
 
@@ -70,11 +70,11 @@ def _route(bench: Bench, course: Course) -> Iterator[Finding]:
         yield refused
         return
     signals = {tag: values[:, course.after(at_s)] for tag, values in course.truth.signals.items()}
-    nearest = float(np.max(step.transition.guard.margins(signals, course.truth.dt_s), initial=-math.inf))
+    guard = step.transition.guard
+    nearest = told_margin(guard, signals, guard.margins(signals, course.truth.dt_s)[0], best=True)
     what = (
         f"the fault-free plant does not come from {step.transition.source!r} to {step.target!r} "
-        f"in {bench.plant.end_s:g} s: '{step.transition.guard}' never holds, its "
-        f"margin is {amount(nearest, step.transition.guard.unit)} at best"
+        f"in {bench.plant.end_s:g} s: '{guard}' never holds, its margin is {nearest} at best"
     )
     place = bench.places.row("transitions", id=step.transition.name)
     remedy = "correct the guard, the setpoints or the model, or give the run more time (end_s)"
@@ -108,14 +108,13 @@ def _limits(bench: Bench, course: Course) -> Iterator[Finding]:
 
 
 def _violated(bench: Bench, course: Course, limit: Limit, outside: np.ndarray) -> Finding:
-    margins = course.margins(limit)
     first_s = float(course.truth.times_s[np.argmax(outside)])
     starts = first_s <= course.started_s and limit.name in bench.plant.description.start_up.limits
     place = bench.places.row("start_up", limit=limit.name) if starts else bench.places.row("limits", id=limit.name)
     what = (
         f"{limit.name} does not hold in the fault-free plant: '{limit.formula}' is violated for "
         f"{course.lasts_s(outside):g} s, first at {first_s:g} s, by up to "
-        f"{amount(-np.nanmin(margins), limit.formula.unit)}"
+        f"{told_margin(limit.formula, course.truth.signals, course.margins(limit), best=False).removeprefix('-')}"
     )
     remedy = "correct the limit, the setpoints in setpoints.csv, or the model"
     return Finding(Severity.ERROR, "fault-free", place, what, remedy)
@@ -171,7 +170,7 @@ def missed_criteria(bench: Bench, course: Course) -> Iterator[Finding]:
         judged = settled & (course.truth.times_s <= course.truth.times_s[-1] - criterion.formula.horizon_s)
         if not judged.any() or (missed := float(np.mean(margins[judged] < -ROUND))) <= MISSED:
             continue
-        most = amount(float(np.max(margins[judged])), criterion.formula.unit)
+        most = told_margin(criterion.formula, course.truth.signals, np.where(judged, margins, -np.inf), best=True)
         costs = "nothing is ever released" if criterion.hard else "every run pays for it"
         what = (
             f"the fault-free plant misses '{criterion.formula}' for {missed:.0%} of the time in "

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from homeostat.domain.plant.description import ControlLoop, Relation
+from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.lint.deep.bench import Bench
@@ -26,6 +27,8 @@ FOLLOWED: Final = 0.63
 """Share of a small step after which it is followed [1]."""
 SLOWER: Final = 10.0
 """Multiple of the time for its whole range that a loop may take for a small step [1]."""
+END: Final = 0.01
+"""Share of its range by which the mean of an output may be off an end at which it stands [1]."""
 ROUND: Final = 1e-9
 AVERAGED_S: Final = 30.0
 """For how long it is averaged where a loop has come to, by the reference [s]."""
@@ -93,6 +96,8 @@ def _holds(bench: Bench, loop: ControlLoop) -> Finding | None:
     if shakes > SHAKES * output.range.span:  # a loop that makes up for what varies outside has to
         sheltered = _last(bench.sheltered, loop)
         shakes = shakes if sheltered is None else float(np.std(sheltered[1]))
+    if off > SCALES * tag.scale and (end := _end(output, moved)):
+        return _exhausted(bench, loop, end, amount(off, tag.unit), "at the end of a healthy course")
     if off > SCALES * tag.scale:
         what = (
             f"{tag.name!r} is off its setpoint by {amount(off, tag.unit)} on the mean at the end of a healthy course, "
@@ -114,6 +119,32 @@ def _holds(bench: Bench, loop: ControlLoop) -> Finding | None:
         )
         return _finding(bench, loop, what, f"lower its gains ({_gains(bench, loop)})")
     return None
+
+
+def _end(output: Tag, moved: np.ndarray) -> str:
+    """At which end of its range an output stands, with the value; empty where it does not."""
+    if not np.isfinite(moved).all():  # another controller is moved by it
+        return ""
+    mean, near = float(moved.mean()), END * output.range.span
+    for name, value in (("lower", output.range.low), ("upper", output.range.high)):
+        if abs(mean - value) <= near:
+            return f"its {name} end, {amount(value, output.unit)}"
+    return ""
+
+
+def _exhausted(bench: Bench, loop: ControlLoop, end: str, off: str, when: str) -> Finding:
+    """The actuator gives all that it has, and that is not enough."""
+    place = bench.places.row("setpoints", tag=loop.setpoint)
+    what = (
+        f"{loop.process_variable!r} is still {off} off its setpoint {when}, and {loop.manipulated_variable!r} stands "
+        f"at {end}: the actuator of loop {loop.name!r} has no more to give, and cannot reach the setpoint"
+    )
+    remedy = (
+        f"state a setpoint that can be reached ({place}), give the equipment more (parameters.csv), or, where it only "
+        f"takes longer, a longer horizon_s to [twin]; one at the wrong end has the wrong action (acts) or signs "
+        f"of the gains ({_gains(bench, loop)})"
+    )
+    return _finding(bench, loop, what, remedy)
 
 
 def _at(mean: float, unit: str) -> str:
@@ -167,6 +198,10 @@ def _follows(bench: Bench, loop: ControlLoop) -> Finding | None:
     reached = float((course.true(pv.name) - before)[late].mean())
     if abs(reached - (target - before)) <= 0.2 * size + ROUND:
         return _slow(bench, loop, course, begin_s, target)
+    last = course.true(loop.manipulated_variable)[late]
+    if end := _end(d.tag(loop.manipulated_variable), last):
+        when = f"after the twin's horizon of {horizon_s:g} s, for a setpoint of {amount(target, sp.unit, 6)}"
+        return _exhausted(bench, loop, end, amount(abs(target - before - reached), pv.unit), when)
     went = "the other way" if reached * (target - before) < 0.0 else f"{abs(reached) / size:.0%} of the way"
     what = (
         f"{pv.name!r} goes {went} within the twin's horizon of {horizon_s:g} s after {sp.name!r} is set from "

@@ -13,7 +13,7 @@ from homeostat.domain.plant.limits import Limit
 from homeostat.domain.recovery import ActionSet, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.lint.deep.bench import Bench
-from homeostat.evaluate.lint.deep.course import Course
+from homeostat.evaluate.lint.deep.course import Course, told_margin
 from homeostat.evaluate.lint.finding import Finding, Severity, amount
 from homeostat.guard.fallback.effect import EffectWatch
 from homeostat.guard.watch.violations import Violation
@@ -85,7 +85,7 @@ def _healthy(bench: Bench, strategy: FallbackStrategy, course: Course) -> Iterat
     signals = {tag: values[:, late] for tag, values in course.truth.signals.items()}
     margins = state.settled_when.margins(signals, course.truth.dt_s)
     if not (margins >= 0.0).any():
-        best = amount(float(margins.max()), state.settled_when.unit)
+        best = told_margin(state.settled_when, signals, margins[0], best=True)
         what = (
             f"{strategy.name!r} does not reach {name!r} in {course.lasts_s(late):g} s on the fault-free plant: "
             f"'{state.settled_when}' never holds, its margin is {best} at best"
@@ -119,11 +119,13 @@ def _restarts(bench: Bench) -> Iterator[Finding]:
         onward = [t for t in machine.transitions if t.source == name and t.target != name and t.on_decision]
         for transition in onward:
             late = [{t: v[:, c.after(_rests_s(c))] for t, v in c.truth.signals.items()} for c in courses]
-            best = max(float(np.max(transition.guard.margins(signals, tick_s))) for signals in late)
-            if best < 0.0:
-                margin = amount(best, transition.guard.unit)
+            guard = transition.guard
+            margins = [guard.margins(signals, tick_s)[0] for signals in late]
+            nearest = max(range(len(late)), key=lambda number: float(np.max(margins[number])))
+            if float(np.max(margins[nearest])) < 0.0:
+                margin = told_margin(guard, late[nearest], margins[nearest], best=True)
                 what = (
-                    f"'{transition.guard}' holds at no moment in {name!r} once the plant has come to rest after any "
+                    f"'{guard}' holds at no moment in {name!r} once the plant has come to rest after any "
                     f"fallback that leads there, its margin is {margin} at best, so nobody can take {transition.name!r}"
                 )
                 place = bench.places.row("transitions", id=transition.name)
