@@ -121,7 +121,29 @@ def test_a_rejection_with_a_reason(browser: Any, desk: Served, attended: Attende
         close(page)
         page.wait_for_selector(".decision", state="detached")
         assert len(attended.sent) == sent and heard(attended)[-1]["reason"] == "the valve was opened by hand"
-        assert "refused" in page.locator(".answers .status").inner_text()
+        said = page.locator(".answers .later, .answers .status").all_inner_texts()
+        assert any("refused by Bo" in text and "the valve was opened by hand" in text for text in said)
+
+
+def test_what_was_refused_is_not_shown_as_proposed_nor_its_margin_as_safe(
+    browser: Any, people: Path, tmp_path: Path
+) -> None:
+    with (
+        Attended(tmp_path / "l") as service,
+        served(service.directory, "--people", str(people)) as server,
+        at(browser, server, "Bo") as page,
+    ):
+        propose(service)
+        page.wait_for_selector(".decision")
+        assert "waits for a person" in page.locator(".answers > div", has_text="What is proposed").inner_text()
+        page.keyboard.press("r")
+        assert "✓ Done" in confirm(page, "Bo", "the valve was opened by hand")
+        close(page)
+        page.wait_for_selector(".decision", state="detached")
+        assert "Nothing any more" in page.locator(".answers > div", has_text="What is proposed").inner_text()
+        assert page.locator(".answers > div", has_text="Why it is safe").count() == 0
+        refused = page.locator(".answers > div", has_text="What was refused and why").inner_text()
+        assert "refused by Bo" in refused and "the valve was opened by hand" in refused
 
 
 def test_two_operators_at_once_write_once(browser: Any, desk: Served, attended: Attended) -> None:

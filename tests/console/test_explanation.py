@@ -40,7 +40,9 @@ def test_it_says_everything_that_the_card_says(which: str, request: pytest.Fixtu
             facts += [m.tag for m in card.proposal.moves] + [m.name for m in card.proposal.margins]
             facts += [f"in member {m.member} of" for m in card.proposal.margins] + [*card.proposal.path]
             facts += [s.guard for s in card.proposal.later] + [*card.proposal.reasons]
-        elif card.let_be is not None and not card.acted:
+        if card.fallen is not None:
+            facts += [card.fallen.status, *(m.name for m in card.fallen.margins)]
+        if card.proposal is None and card.let_be is not None and not card.acted:
             facts += [f"in member {m.member} of" for m in card.let_be.margins]
             facts += [part for m in card.let_be.margins for part in (m.name, m.term)]
         lacking = [fact for fact in facts if fact not in text]

@@ -282,7 +282,8 @@ def test_nothing_is_approved_on_old_data_and_a_service_that_is_gone_is_said(tmp_
             until(lambda: not bo.send("/api/moment", b"", "GET").json["fresh"]["old"])
             bo.send("/api/run", b"", "GET")
             now = bo.send("/api/moment", b"", "GET").json
-            assert now["overview"]["offers"] == [] and now["card"]["proposal"]["status"] == "withdrawn"
+            assert now["overview"]["offers"] == [] and now["card"]["proposal"] is None
+            assert now["card"]["fallen"]["stands"] == "void" and "began again" in now["card"]["fallen"]["status"]
             answer = bo.order("approve", request, digest=digest, password=PASSWORD.format("Bo"))
             assert answer.status == 409 and "does not wait any more" in answer.json["error"]
             assert request not in {r.id for r in again.world.guard.offered}

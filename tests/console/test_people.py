@@ -13,7 +13,7 @@ pytest.importorskip("argon2", reason="the extra 'console' is not installed")
 
 from homeostat.console.people.accounts import Access, Account, Accounts, AccountsError, check_name
 from homeostat.console.people.changes import added, removed
-from homeostat.console.people.guesses import Guess, Guesses
+from homeostat.console.people.guesses import AT_ONCE, HOMES, HOURLY, SPACED_S, Guess, Guesses
 from homeostat.console.people.passwords import hashed, is_right
 from homeostat.console.people.people import People, Unproven
 from homeostat.console.people.sessions import IDLE_S, LONGEST_S, MOST, Sessions
@@ -122,8 +122,46 @@ def test_a_session_ends_by_itself_and_cannot_be_named_from_memory() -> None:
         clock.now += 1000.0
         last = sessions.of(token)
     assert last is None, "a session that is used all the time ends with the shift"
-    tokens = [sessions.begin(ADA)[0] for _ in range(MOST + 1)]
-    assert sessions.of(tokens[-1]) is not None and len([t for t in tokens if sessions.of(t)]) == MOST
+
+
+def test_many_sign_ins_of_one_person_end_sessions_of_nobody_else() -> None:
+    clock = Clock()
+    sessions, bo = Sessions(clock), ADA.model_copy(update={"name": "Bo"})
+    others = sessions.begin(bo)[0]
+    clock.now += 1.0
+    tokens = []
+    for name in ("Ada", "ADA ", "ＡDA") * 2 * MOST:
+        tokens.append(sessions.begin(ADA.model_copy(update={"name": name}))[0])
+        clock.now += 1.0
+    assert [t for t in tokens if sessions.of(t)] == tokens[-MOST:], "the latest of her own, however she writes her name"
+    assert sessions.of(others) is not None
+    clock.now += LONGEST_S + 1.0
+    sessions.begin(bo)
+    assert len(vars(sessions)["_open"]) == 1, "those that are over are not kept"
+
+
+def test_sessions_and_guesses_are_safe_from_many_threads() -> None:
+    clock, said = Clock(), list[BaseException]()
+    sessions, guesses, through = Sessions(clock), Guesses(clock), list[object]()
+
+    def use(k: int) -> None:
+        try:
+            for n in range(60):
+                token, session = sessions.begin(ADA.model_copy(update={"name": f"person {k} {n % 7}"}))
+                assert sessions.of(token) is session and sessions.showing(session.csrf) is session
+                if n % 2:
+                    sessions.end(token)
+                taken = guesses.take(Guess("Ada", f"198.51.100.{n}"))
+                through.extend([taken] if taken else [])
+        except BaseException as error:
+            said.append(error)
+
+    threads = [threading.Thread(target=use, args=(k,)) for k in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not said and len(through) == AT_ONCE, "nobody slips through beside another"
 
 
 def test_after_some_failures_each_try_waits_longer_and_none_forever() -> None:
@@ -150,15 +188,15 @@ def test_an_hour_has_room_for_a_hundred_guesses_at_one_account_and_of_others_for
     clock, made = Clock(), list[float]()
     guesses = Guesses(clock)
     home = Guess("Ada", "192.0.2.1")
-    guesses.failed(home)
-    guesses.succeeded(home)
+    known = guesses.take(home)
+    assert known is not None
+    guesses.succeeded(known)
     attackers = [Guess("ADA ", f"198.51.100.{k}") for k in range(12)]
     attackers += [home, Guess("ada", home.address, signed_in=True)]
     asleep = dict.fromkeys(attackers, 0.0)
     while clock.now < 1000.0 + 3 * 3600.0:  # everybody at once, at the first moment that is allowed, or after rests
         for guess in attackers:
-            while guesses.wait_s(guess) == 0.0 and clock.now >= asleep[guess]:
-                guesses.failed(guess)
+            while clock.now >= asleep[guess] and guesses.take(guess):
                 made.append(clock.now)
             if guesses.wait_s(guess) > 30.0 and asleep[guess] <= clock.now:
                 asleep[guess] = clock.now + rest_s
@@ -167,6 +205,77 @@ def test_an_hour_has_room_for_a_hundred_guesses_at_one_account_and_of_others_for
     assert most <= 100 and (rest_s > 0.0 or most >= 80)
     for another in (Guess("Bo", home.address, signed_in=True), Guess("Bo", "203.0.113.9")):
         assert guesses.wait_s(another) == 0.0
+
+
+def fail(guesses: Guesses, name: str, address: str, times: int, signed_in: bool = False) -> None:
+    for _ in range(times):
+        assert guesses.take(Guess(name, address, signed_in)) is not None
+
+
+def succeed(guesses: Guesses, name: str, address: str, signed_in: bool = False) -> None:
+    taken = guesses.take(Guess(name, address, signed_in))
+    assert taken is not None
+    guesses.succeeded(taken)
+
+
+def test_guessing_one_name_from_many_places_is_slowed_and_its_person_is_let_in_where_they_were_before() -> None:
+    clock = Clock()
+    guesses, home = Guesses(clock), Guess("Ada", "192.0.2.1")
+    succeed(guesses, "Ada", home.address)
+    through, asked = list[float](), 0
+    while clock.now < 1000.0 + 3600.0:
+        for k in range(40):
+            asked += 1
+            through.extend([clock.now] if guesses.take(Guess("ada", f"198.51.100.{k}")) else [])
+        assert guesses.wait_s(home) == 0.0 and guesses.wait_s(Guess("Ada", "192.0.2.2")) <= SPACED_S
+        clock.now += 15.0
+    assert asked == 240 * 40 and len(through) == HOURLY
+    assert [later - at for at, later in zip(through[AT_ONCE - 1 :], through[AT_ONCE:], strict=False)] == [SPACED_S] * 7
+
+
+def test_who_is_right_forgives_only_what_is_their_own_and_from_where_they_are() -> None:
+    clock = Clock()
+    guesses = Guesses(clock)
+    fail(guesses, "Bo", "192.0.2.1", FREE - 1)
+    succeed(guesses, "Eve", "192.0.2.1")  # who has an account wins no more guesses at others
+    succeed(guesses, "Bo", "192.0.2.9")
+    assert guesses.take(Guess("Bo", "192.0.2.1")) and guesses.wait_s(Guess("Cem", "192.0.2.1")) > 0.0
+    assert guesses.wait_s(Guess("Bo", "192.0.2.9")) == 0.0
+    clock.now += 600.0
+    succeed(guesses, "Bo", "192.0.2.1")
+    assert guesses.wait_s(Guess("Cem", "192.0.2.1")) == 0.0, "what Bo mistyped there is forgiven"
+    fail(guesses, "Bo", "192.0.2.1", FREE, signed_in=True)
+    clock.now += 600.0
+    succeed(guesses, "Bo", "192.0.2.9", signed_in=True)
+    fail(guesses, "Bo", "192.0.2.9", 1, signed_in=True)
+    assert guesses.wait_s(Guess("Bo", "192.0.2.9", signed_in=True)) > 0.0, "a session elsewhere forgives nothing here"
+
+
+def test_a_success_takes_away_its_own_try_and_no_other() -> None:
+    clock = Clock()
+    guesses = Guesses(clock)
+    right = guesses.take(Guess("Ada", "192.0.2.1"))
+    clock.now += 100.0
+    fail(guesses, "Ada", "198.51.100.1", FREE)
+    for k in range(2, 6):
+        fail(guesses, "Ada", f"198.51.100.{k}", FREE - 1)
+    fail(guesses, "Ada", "198.51.100.6", AT_ONCE - 2 - FREE - 4 * (FREE - 1))
+    assert right is not None
+    guesses.succeeded(right)  # checking takes a while; others failed meanwhile
+    guesses.succeeded(right)
+    fail(guesses, "Ada", "198.51.100.7", 2)
+    assert guesses.wait_s(Guess("Ada", "198.51.100.8")) == SPACED_S, "the others were counted, at their own times"
+
+
+def test_places_of_one_person_take_no_room_from_another() -> None:
+    guesses = Guesses(Clock())
+    succeed(guesses, "Bo", "192.0.2.1")
+    for k in range(300):
+        succeed(guesses, "Ada", f"2001:db8:{k:x}::1")
+    for k in range(5):
+        fail(guesses, "bo", f"198.51.100.{k}", FREE)
+    assert guesses.wait_s(Guess("Bo", "203.0.113.1")) > 0.0 == guesses.wait_s(Guess("Bo", "192.0.2.1"))
+    assert max(map(len, vars(guesses)["_homes"].values())) == HOMES
 
 
 def test_who_guesses_without_a_session_keeps_nobody_from_the_plant(tmp_path: Path) -> None:

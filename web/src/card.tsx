@@ -84,7 +84,7 @@ function Worst({ m, members }: { m: Margin; members: number }) {
 }
 
 function Safe({ card }: { card: Card }) {
-  const p = card.proposal, left = card.let_be, acted = card.acted[0], worst = p?.margins[0];
+  const p = card.proposal, left = card.let_be, acted = p ? undefined : card.acted[0], worst = p?.margins[0];
   if (acted) return <><p class="big quiet">The tables’ own safe state</p><p>{acted.stands ? "The plant was read to hold it." : "The plant was not read to hold it yet."}</p></>;
   if (p && worst) {
     return <><Worst m={worst} members={p.members} />
@@ -94,7 +94,24 @@ function Safe({ card }: { card: Card }) {
     return left.margins[0] ? <Worst m={left.margins[0]} members={left.members} />
       : <><p class="big">{signed(left.margin, "1")} at worst</p><p class="quiet">Of which limit this record does not say.</p></>;
   }
+  if (p) return <p class="big quiet">Of its margins this record does not say anything</p>;
   return <p class="big quiet">{card.refused.length ? "Nothing passed the checks" : "Nothing was judged yet"}</p>;
+}
+
+// What a proposal is for, in a few words.
+function goal(p: Proposal): string {
+  if (p.what === "wait") return `Wait ${span(p.seconds)}, then look again`;
+  return `${p.path.length ? `Go to ${p.path[p.path.length - 1]}` : p.what}${p.seconds > 0 ? ` for ${span(p.seconds)}` : ""}`;
+}
+
+// What fell makes nothing safe: why it fell, and the margin that says what was wrong with it.
+function Fallen({ p }: { p: Proposal }) {
+  const worst = p.margins[0];
+  return (
+    <><p class="big">{goal(p)}</p>
+      <p class="status">Since {moment(p.since_s)} {p.status}.</p>
+      {worst && <p class="quiet">When it was judged, at {moment(p.at_s)}: {distance(worst.margin, worst.unit, worst.term)} at worst, {worst.text || worst.name}.</p>}</>
+  );
 }
 
 // Most commands that stand in the answer; one more rather than "and 1 more".
@@ -102,7 +119,7 @@ const CHIPS = 3;
 
 function Answers({ card, now }: { card: Card; now: Moment }) {
   const p = card.proposal, left = now.overview.left, time = timeOf(left, now.at_s);
-  const acted = card.acted[0];
+  const acted = p ? undefined : card.acted[0], fallen = p || acted || card.let_be ? null : card.fallen;
   const moves = p?.moves.filter(moved) ?? [], more = moves.length - CHIPS, later = p?.later.length ?? 0;
   return (
     <div class="answers">
@@ -116,18 +133,19 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
         <h2 class="question">{acted ? "What was done" : p?.released_s != null ? "What was released" : "What is proposed"}</h2>
         {acted ? <><p class="big">■ Fallback ‘{acted.strategy}’ acted</p><p>{acted.reason}</p></>
           : p ? <>
-            <p class="big">{p.path.length ? `Go to ${p.path[p.path.length - 1]}` : p.what}{p.seconds > 0 && ` for ${span(p.seconds)}`}</p>
+            <p class="big">{goal(p)}</p>
             <p>{moves.slice(0, more > 1 ? CHIPS : CHIPS + 1).map((m) => [m, ...fromTo(m)] as const).map(([m, before, after]) => <span class="chip" key={m.tag}>{m.tag} {before} → <b>{after}</b></span>)}
               {more > 1 && <b class="chip">and {more} more</b>}{later > 0 && <b class="chip">then {later} {later === 1 ? "step" : "steps"} more</b>}</p>
-            <p class="status">{p.status}{p.released_s !== null && ` since ${moment(p.released_s)}`}</p>
+            <p class="status">{p.status.charAt(0).toUpperCase() + p.status.slice(1)} (since {moment(p.since_s)}).</p>
+            {card.fallen && <p class="later">Later, at {moment(card.fallen.since_s)}, {goal(card.fallen)}: {card.fallen.status}.</p>}
           </> : card.let_be ? <><p class="big">Leave it alone</p>
             <p>{card.let_be.margin >= 0 ? `Without action every check holds in ‘${card.let_be.state}’` : "To act would cost more"}, judged at {moment(card.let_be.at_s)}.</p></>
-          : <><p class="big quiet">{card.compared_s === null ? "Nothing yet" : "No proposal"}</p>
-            {card.refused[0] && <p>{card.refused[0].what}: {card.refused[0].why}</p>}</>}
+          : <><p class="big quiet">{fallen ? "Nothing any more" : card.compared_s === null ? "Nothing yet" : "No proposal"}</p>
+            {!fallen && card.refused[0] && <p>{card.refused[0].what}: {card.refused[0].why}</p>}</>}
       </div>
       <div>
-        <h2 class="question">Why it is safe</h2>
-        <Safe card={card} />
+        <h2 class="question">{!fallen ? "Why it is safe" : fallen.stands === "refused" ? "What was refused and why" : "What does not stand, and why"}</h2>
+        {fallen ? <Fallen p={fallen} /> : <Safe card={card} />}
       </div>
       <div>
         <h2 class="question">How long is left</h2>
@@ -228,6 +246,9 @@ export function EpisodeCard({ run, me, now, decision }: { run: Run; me: Me; now:
         {p.reasons.map((r) => <blockquote key={r}>{r}</blockquote>)}
         <Steps proposal={p} />
         <Margins proposal={p} /></div>}
+      {card.fallen && <div class="part wide fallen"><h2>No proposal any more <span class="quiet">of {card.fallen.proposer}, judged at {moment(card.fallen.at_s)}: {card.fallen.path.join(" → ")}</span></h2>
+        <p>{goal(card.fallen)}: {card.fallen.status}, since {moment(card.fallen.since_s)}.{card.fallen.released_s !== null && ` It was released at ${moment(card.fallen.released_s)}.`}</p>
+        <details><summary>What it was to write, and its margins then</summary><Steps proposal={card.fallen} /><Margins proposal={card.fallen} /></details></div>}
       {!p && !card.acted[0] && card.let_be && card.let_be.margins.length > 0 && <div class="part wide"><h2>Without action <span class="quiet">in ‘{card.let_be.state}’, judged at {moment(card.let_be.at_s)}</span></h2>
         <Margins proposal={card.let_be} /></div>}
       <Bands run={run} shown={shownOf(card, now.at_s)} />

@@ -16,7 +16,7 @@ function Standing({ name, run, now, at }: { name: string; run: Run; now: Moment 
     ["Alarm", o.alarm ? `${LEVELS[o.level]?.mark ?? ""} ${o.alarm}` : "nothing is wrong"],
     ["Believed", card ? `${card.headline}${card.probability === null ? "" : `, ${percent(card.probability)}`}` : "–"],
     ["Proposed", p ? `${p.path.length ? p.path[p.path.length - 1] : p.what} by ${p.proposer}: ${p.moves.filter(moved).map((m) => `${m.tag} → ${fromTo(m)[1]}`).join(", ")}` : "–"],
-    ["Its status", p?.status ?? "–"],
+    ["Its standing", p?.status ?? (card?.fallen ? `${card.fallen.proposer}: ${card.fallen.status}` : "–")],
     ["Worst margin", worst ? `${distance(worst.margin, worst.unit, worst.term)}, ${worst.text || worst.name}: ${worst.term || worst.formula}` : "–"],
     ["Cost of what was chosen", card ? card.choices.filter((c) => c.chosen).map((c) => `${c.cost.toFixed(1)} ${card.currency}`)[0] ?? "–" : "–"],
     ["Fallbacks", card?.acted.map((a) => `${a.strategy} at ${moment(a.at_s)}`).join(", ") || "none"],

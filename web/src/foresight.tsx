@@ -8,7 +8,7 @@ import { amount, distance, moment, percent, span } from "./words";
 export function TimeLeft({ card, at }: { card: Card; at: number }) {
   const f = card.foresight, told = f?.told;
   if (!f || !told || card.over_s !== null) return null;
-  const done = Math.max(card.acted[0]?.at_s ?? -Infinity, card.proposal?.released_s ?? -Infinity);
+  const done = Math.max(card.acted[0]?.at_s ?? -Infinity, card.released_s ?? -Infinity);
   const more = done > -Infinity ? "nothing more is done" : "nothing is done";
   if (!told.members) return <p>△ What follows if {more} is not known: {told.note}</p>;
   const first = told.first, past = done >= told.from_s - 1;

@@ -61,7 +61,7 @@ export interface Tried {
   cost: number | null; cost_alone: number | null; currency: string; assumed: [string, number][]; learnt_s: number;
 }
 export interface Proposal {
-  what: string; digest: string; proposer: string; at_s: number; status: string; released_s: number | null;
+  what: string; digest: string; proposer: string; at_s: number; stands: string; status: string; since_s: number; released_s: number | null;
   seconds: number; path: string[]; moves: Move[]; later: Later[]; reasons: string[]; approved: boolean;
   members: number; margins: Margin[]; checks: number; certificate: Certificate | null;
   foresight: Foresight | null; beside: Foresight | null;
@@ -74,7 +74,7 @@ export interface Refusal { at_s: number; what: string; why: string }
 export interface Acted { at_s: number; strategy: string; reason: string; moves: Move[]; stands: boolean }
 export interface Card {
   since_s: number; over_s: number | null; headline: string; probability: number | null; diagnosed_s: number | null;
-  seen: Symptom[]; explanations: Explanation[]; alone: string; foresight: Foresight | null; let_be: LetBe | null; proposal: Proposal | null; currency: string;
+  seen: Symptom[]; explanations: Explanation[]; alone: string; foresight: Foresight | null; let_be: LetBe | null; proposal: Proposal | null; fallen: Proposal | null; released_s: number | null; currency: string;
   compared_s: number | null; choices: Choice[]; refused: Refusal[]; acted: Acted[]; notes: string[];
 }
 export interface Moment {

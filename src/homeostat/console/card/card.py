@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from homeostat.console.card.foresight import Foresight
+from homeostat.console.card.standing import Stands
 from homeostat.domain.certificate import Certificate
 
 
@@ -132,8 +133,12 @@ class Proposal:
     """Who proposed it."""
     at_s: float
     """When it was judged [s]."""
+    stands: Stands
+    """How far it came, or what ended it."""
     status: str
-    """How far it came, in words."""
+    """The same in words, with who has ended it and why."""
+    since_s: float
+    """Since when it stands so [s]."""
     released_s: float | None
     """When it was written [s]; None where it was not."""
     seconds: float
@@ -251,7 +256,11 @@ class Card:
     foresight: Foresight | None
     """The same as the twin foresaw it last, in bands and times; None where the record does not say."""
     proposal: Proposal | None
-    """What is proposed; None where nothing is."""
+    """What is proposed, or in force; None where nothing is."""
+    fallen: Proposal | None
+    """What fell last, be it refused, void or overtaken, where nothing stands since but what was released before."""
+    released_s: float | None
+    """When something was released last in the episode [s]; None where nothing was."""
     let_be: LetBe | None
     """That nothing need be done, where that was judged last; None else."""
     currency: str

@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Final, TypeVar
 
 from homeostat.console.card.card import Acted, Card, Choice, Explanation, LetBe, Refusal, Seen
+from homeostat.console.card.course import standings
 from homeostat.console.card.foresight import alone
 from homeostat.console.card.margins import predicted_margins
 from homeostat.console.card.proposal import moves, proposal, state_label
+from homeostat.console.card.standing import current, fallen
 from homeostat.console.opened import KnownPlant
 from homeostat.console.readings import Readings
 from homeostat.domain.alternative import Alternative, AlternativeKind
@@ -120,7 +122,7 @@ def card(record: RunRecord, plant: KnownPlant, readings: Readings | None, at_s: 
     held = [] if diagnosed is None else [h for h in by_fault_set(diagnosed[1].hypotheses) if h.probability >= _LEAST]
     seen = _seen(episode, known)
     explanations = tuple(_explanation(h, seen, known) for h in held)
-    compared = _last(episode, Compared)
+    compared, stood = _last(episode, Compared), standings(episode.entries)
     return Card(
         since_s=episode.entries[0].at_s,
         over_s=episode.over_s,
@@ -131,7 +133,9 @@ def card(record: RunRecord, plant: KnownPlant, readings: Readings | None, at_s: 
         explanations=explanations,
         alone=_alone(compared, known),
         foresight=alone(episode.entries, known),
-        proposal=proposal(record, episode.entries, plant, readings, at_s),
+        proposal=proposal(current(stood), record, episode.entries, plant, (readings, at_s)),
+        fallen=proposal(fallen(stood), record, episode.entries, plant, (readings, at_s)),
+        released_s=max((one.released_s for one in stood if one.released_s is not None), default=None),
         let_be=_let_be(episode, known),
         currency="" if compared is None else compared[1].currency,
         compared_s=None if compared is None else compared[0],

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from homeostat.console.card.card import Card, Explanation, LetBe, Move, PredictedMargin
+from homeostat.console.card.card import Card, Explanation, LetBe, Move, PredictedMargin, Proposal
 from homeostat.console.card.foresight import Foresight
 
 
@@ -28,6 +28,7 @@ def explained(card: Card) -> tuple[Paragraph, ...]:
         "What is proposed": _proposed(card),
         "Why it is safe": _safe(card),
         "What it costs": _costs(card),
+        "What does not stand any more, and why": _fallen(card),
         "What was refused": (f"At {r.at_s:.0f} s: {r.what}, because {r.why}" for r in card.refused),
         "What acted": _acted(card),
         "Notes": iter(card.notes),
@@ -72,7 +73,7 @@ def _explanation(one: Explanation) -> str:
 def _alone(card: Card) -> Iterator[str]:
     if card.foresight is not None:
         done = [acted.at_s for acted in card.acted]
-        done += [card.proposal.released_s] if card.proposal and card.proposal.released_s is not None else []
+        done += [] if card.released_s is None else [card.released_s]
         if done and max(done) >= card.foresight.told.from_s - 1.0:
             yield "The twin has not looked ahead since something was done; before that it foresaw this"
         if not card.explanations:
@@ -103,10 +104,16 @@ def _foreseen(foresight: Foresight) -> Iterator[str]:
 
 
 def _proposed(card: Card) -> Iterator[str]:
-    proposal = card.proposal
-    if proposal is None:
-        yield "Nothing is proposed"
+    if card.proposal is None:
+        yield "Nothing is proposed" if card.fallen is None else "Nothing is proposed any more"
         return
+    yield from _told(card.proposal)
+    yield f"It is {card.proposal.status}"
+    yield from (f"Its proposer says: {reason}" for reason in card.proposal.reasons)
+
+
+def _told(proposal: Proposal) -> Iterator[str]:
+    """What it is, and everything that it would write."""
     lasting = f" for {proposal.seconds:g} s" if proposal.seconds else ""
     way = f": {' to '.join(proposal.path)}" if proposal.path else ""
     yield f"A {proposal.what}{lasting} by {proposal.proposer}, judged at {proposal.at_s:.0f} s{way}"
@@ -114,8 +121,17 @@ def _proposed(card: Card) -> Iterator[str]:
     for step in proposal.later:
         moves = "; ".join(map(_move, step.moves)) or "nothing more is commanded"
         yield f"Then, when {step.guard}, to {step.state}: {moves}"
-    yield f"It {proposal.status}" if proposal.status.startswith(("waits", "is ")) else f"It is {proposal.status}"
-    yield from (f"Its proposer says: {reason}" for reason in proposal.reasons)
+
+
+def _fallen(card: Card) -> Iterator[str]:
+    """What fell last; its margins say what was wrong with it, and make nothing safe."""
+    fallen = card.fallen
+    if fallen is None:
+        return
+    yield from _told(fallen)
+    released = "" if fallen.released_s is None else f"; it was released at {fallen.released_s:.0f} s"
+    yield f"Since {fallen.since_s:.0f} s it is {fallen.status}{released}"
+    yield from (_margin(margin, fallen.members) for margin in fallen.margins)
 
 
 def _move(move: Move) -> str:

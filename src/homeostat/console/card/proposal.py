@@ -1,51 +1,45 @@
 """The proposal of an episode: what is to be written, how it was judged, and what came of it."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Final
 
 from homeostat.console.card.card import LaterMoves, Move, Proposal
 from homeostat.console.card.foresight import beside, with_actions
 from homeostat.console.card.margins import predicted_margins, with_actual
+from homeostat.console.card.standing import Standing
 from homeostat.console.opened import KnownPlant
 from homeostat.console.readings import Readings
 from homeostat.console.situation import situation
 from homeostat.domain.alternative import AlternativeKind
-from homeostat.domain.events.guard import GuardStarted, RequestAnswered
-from homeostat.domain.events.recovery import Attempted, Compared, LaterStep, ReleasedActions, Remarked
+from homeostat.domain.events.recovery import Attempted, LaterStep, ReleasedActions, Remarked
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import Command
 from homeostat.domain.remark import RemarkKind
-from homeostat.domain.request import RequestStatus
 from homeostat.journal.memory import Entry
-from homeostat.record.releases import Release
 from homeostat.record.run_record import RunRecord
 from homeostat.record.story.wording import who
 
-ADVISED: Final = "advised; in this mode nobody writes"
-"""Status of what a person may do, and nobody else does."""
-_SHOWN = (RequestStatus.OFFERED, RequestStatus.ADVISED)
-
 
 def proposal(
-    record: RunRecord, entries: Sequence[Entry], plant: KnownPlant, readings: Readings | None, at_s: float
+    standing: Standing | None,
+    record: RunRecord,
+    entries: Sequence[Entry],
+    plant: KnownPlant,
+    seen: tuple[Readings | None, float],
 ) -> Proposal | None:
-    """What is proposed in the episode of ``entries``, the last part of ``record``, at ``at_s`` [s]; None for nothing.
+    """What stands, or stood, in the episode of ``entries``, the last part of ``record``; None where nothing does.
 
-    It is what was chosen, offered or released last; before anything was, what was approved last.
+    ``seen``: the readings, and the moment up to which they are looked at [s].
     """
-    digest = _digest(entries)
-    found = [e for e in entries if isinstance(e.event, Attempted) and e.event.digest == digest and digest]
-    if not found:
+    if standing is None or standing.judged is None or not isinstance(tried := standing.judged.event, Attempted):
         return None
-    judged_s, tried = found[-1].at_s, found[-1].event
-    assert isinstance(tried, Attempted)
-    before = record.entries[: record.entries.index(found[-1])]
+    digest, judged_s = standing.digest, standing.judged.at_s
+    before = record.entries[: next(n for n, e in enumerate(record.entries) if e is standing.judged)]
     releases = [r for r in record.releases if r.digest == digest and r.at_s >= judged_s]
-    released = releases[-1] if releases else None
     told = [e.event for e in entries if isinstance(e.event, ReleasedActions) and e.event.digest == digest]
     margins = predicted_margins(tried.findings, plant.description)
-    if released is not None and readings is not None:
-        margins = with_actual(margins, released, record, plant, (readings, at_s))
+    readings, at_s = seen
+    if standing.released_s is not None and releases and readings is not None:
+        margins = with_actual(margins, releases[-1], record, plant, (readings, at_s))
     known = plant.description
     steps = told[-1].then if told else tried.then
     later = _later(steps, tried.commands, before, known)
@@ -57,12 +51,14 @@ def proposal(
         digest=digest,
         proposer=who(tried.proposer, tried.polished),
         at_s=judged_s,
-        status=_status(digest, entries, released, tried),
-        released_s=None if released is None else released.at_s,
+        stands=standing.stands,
+        status=standing.words,
+        since_s=standing.since_s,
+        released_s=standing.released_s,
         seconds=tried.seconds,
         path=tuple(state_label(name, known) for name in tried.path),
         moves=() if tried.what is AlternativeKind.WAIT else moves(tried.commands, before, known),
-        later=later,
+        later=() if tried.what is AlternativeKind.WAIT else later,
         reasons=tuple(dict.fromkeys(reasons))[-3:],
         approved=tried.approved,
         members=tried.members,
@@ -72,47 +68,6 @@ def proposal(
         foresight=with_actions(entries, digest, known),
         beside=beside(entries, digest, known),
     )
-
-
-def _digest(entries: Iterable[Entry]) -> str:
-    """Digest of what the episode is about now; empty for nothing."""
-    found = approved = ""
-    for entry in entries:
-        match entry.event:
-            case Attempted(approved=True, digest=digest):
-                approved = digest
-            case Compared(chosen=chosen) if chosen:
-                found = chosen
-            case RequestAnswered(status=status, digest=digest) if status in _SHOWN:
-                found = digest
-            case ReleasedActions(digest=digest):
-                found = digest
-    return found or approved
-
-
-def _status(digest: str, entries: Iterable[Entry], released: Release | None, tried: Attempted) -> str:
-    """How far a proposal came, in words, by the guard's last answer."""
-    said = ""
-    for entry in entries:
-        match entry.event:
-            case RequestAnswered(digest=answered, status=status) if answered == digest:
-                said = status
-            case GuardStarted() if said == RequestStatus.OFFERED:  # one that begins again knows of no request
-                said = RequestStatus.WITHDRAWN.value
-    words = {
-        RequestStatus.OFFERED.value: "waits for a person's yes",
-        RequestStatus.ADVISED.value: ADVISED,
-        RequestStatus.REFUSED.value: "refused by the guard",
-        RequestStatus.FAILED.value: "written, and the plant does not hold it",
-        RequestStatus.WITHDRAWN.value: "withdrawn",
-        RequestStatus.CONFIRMED.value: "released, and the plant holds it",
-        RequestStatus.ACCEPTED.value: "is being written",
-    }
-    if said in words:
-        return words[said]
-    if released is not None:
-        return "released"
-    return "approved by every check, not released" if tried.approved else "refused"
 
 
 def moves(commands: Iterable[Command], before: Sequence[Entry], plant: PlantDescription) -> tuple[Move, ...]:

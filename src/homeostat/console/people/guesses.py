@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import threading
 import time
 from collections import deque
 from collections.abc import Callable
@@ -19,6 +20,13 @@ PLACE_S: Final = 300.0
 HOURLY: Final = 32
 """Most failures in an hour to sign in under one name from all places where its person has signed in before, and as
 many from all others. With those of who is signed in that is 100, the most of an account (OWASP ASVS 2.2.1)."""
+AT_ONCE: Final = 25
+"""So many of them come as fast as their places allow: one place alone makes fewer. The others come one by one."""
+SPACED_S: Final = 450.0
+"""How far apart the others are, wall-clock [s]: whoever guesses from many places at once closes a name for so long and
+not for an hour, and not where its person has signed in before."""
+HOMES: Final = 20
+"""Most places of one person that are remembered."""
 _HOUR_S: Final = 3600.0
 _PREFIX: Final = 64
 
@@ -35,54 +43,87 @@ class Guess:
     """Whether that person has signed in there: whoever has not cannot use these tries up."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Taken:
+    """A guess that was let through, and counts as wrong until it is known to be right; each is itself and no other."""
+
+    guess: Guess
+    """What was tried."""
+    at: float
+    """When, by the clock of the guesses [s]."""
+    source: tuple[str, bool]
+    """The name, and whether it came from where its person had signed in before."""
+
+
 @final
 class Guesses:
-    """Counts failures by name and place; those of people who are signed in apart."""
+    """Counts failures by name and place, those of people who are signed in apart; it may be asked from any thread."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         """Nobody has failed yet, or signed in; ``clock`` tells seconds and is set by nobody."""
-        self._clock = clock
+        self._clock, self._alone = clock, threading.RLock()
         self._orders, self._places = Tries(clock, SIGNED_IN_S, _HOUR_S), Tries(clock, PLACE_S, _HOUR_S)
-        self._hours: dict[tuple[str, bool], deque[float]] = {}
-        self._homes: dict[tuple[str, str], None] = {}
+        self._hours: dict[tuple[str, bool], deque[Taken]] = {}
+        self._homes: dict[str, dict[str, None]] = {}
 
     def wait_s(self, guess: Guess) -> float:
         """How long ``guess`` must wait [s]; 0 where it need not."""
-        if guess.signed_in:
-            return self._orders.wait_s(folded(guess.name))
-        recent, now = self._hours.get(self._source(guess), ()), self._clock()
-        late = [at for at in recent if now - at < _HOUR_S]
+        with self._alone:
+            if guess.signed_in:
+                return self._orders.wait_s(folded(guess.name))
+            return max(0.0, self._hour_s(self._source(guess)), self._places.wait_s(*_keys(guess)))
+
+    def _hour_s(self, source: tuple[str, bool]) -> float:
+        """How long the failures of the last hour under one name keep it waiting [s]."""
+        now = self._clock()
+        late = [one.at for one in self._hours.get(source, ()) if now - one.at < _HOUR_S]
+        if len(late) < AT_ONCE:
+            return 0.0
         full_s = late[0] + _HOUR_S - now if len(late) >= HOURLY else 0.0
-        return max(full_s, self._places.wait_s(*_keys(guess)))
+        return max(full_s, late[-1] + SPACED_S - now)
 
-    def failed(self, guess: Guess) -> None:
-        """``guess`` was wrong, as far as is known."""
-        if guess.signed_in:
-            self._orders.failed(folded(guess.name))
-            return
-        self._places.failed(*_keys(guess))
-        source = self._source(guess)
-        self._hours[source] = deque([*self._hours.pop(source, ()), self._clock()], maxlen=HOURLY)
-        while len(self._hours) > MOST:
-            self._hours.pop(next(iter(self._hours)))
+    def take(self, guess: Guess) -> Taken | None:
+        """Let ``guess`` through, and count it as wrong before it is known: many at once are no way around that.
 
-    def succeeded(self, guess: Guess) -> None:
-        """``guess``, which was counted as wrong before it was known, was right."""
-        if guess.signed_in:
-            self._orders.succeeded(folded(guess.name))
-            return
-        self._places.succeeded(*_keys(guess))
-        if recent := self._hours.get(self._source(guess)):
-            recent.pop()
-        home = _home(guess)
-        self._homes.pop(home, None)
-        self._homes[home] = None
-        while len(self._homes) > MOST:
-            self._homes.pop(next(iter(self._homes)))
+        None where it must wait.
+        """
+        with self._alone:
+            if self.wait_s(guess) > 0.0:
+                return None
+            taken = Taken(guess, self._clock(), self._source(guess))
+            if guess.signed_in:
+                self._orders.failed(folded(guess.name), by=place(guess.address))
+                return taken
+            self._places.failed(*_keys(guess), by=folded(guess.name))
+            before = self._hours.pop(taken.source, ())
+            self._hours[taken.source] = deque([*before, taken], maxlen=HOURLY)
+            while len(self._hours) > MOST:
+                self._hours.pop(next(iter(self._hours)))
+            return taken
+
+    def succeeded(self, taken: Taken) -> None:
+        """What was ``taken`` was right: it is forgiven, and so are failures under the same name at the same place."""
+        name, where = folded(taken.guess.name), place(taken.guess.address)
+        with self._alone:
+            if taken.guess.signed_in:
+                self._orders.succeeded(name, by=where)
+                return
+            self._places.succeeded(*_keys(taken.guess), by=name)
+            if (recent := self._hours.get(taken.source)) is not None and taken in recent:
+                recent.remove(taken)
+            homes = self._homes.pop(name, {})
+            homes.pop(where, None)
+            homes[where] = None
+            if len(homes) > HOMES:
+                homes.pop(next(iter(homes)))
+            self._homes[name] = homes
+            while len(self._homes) > MOST:
+                self._homes.pop(next(iter(self._homes)))
 
     def _source(self, guess: Guess) -> tuple[str, bool]:
         """The name, and whether the guess comes from where its person has signed in before."""
-        return folded(guess.name), _home(guess) in self._homes
+        name = folded(guess.name)
+        return name, place(guess.address) in self._homes.get(name, ())
 
 
 def place(address: str) -> str:
@@ -100,10 +141,6 @@ def place(address: str) -> str:
     if found.ipv4_mapped is not None:
         return str(found.ipv4_mapped)
     return str(ipaddress.ip_network((int(found), _PREFIX), strict=False))
-
-
-def _home(guess: Guess) -> tuple[str, str]:
-    return folded(guess.name), place(guess.address)
 
 
 def _keys(guess: Guess) -> tuple[str, str]:

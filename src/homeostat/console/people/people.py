@@ -121,16 +121,17 @@ class People:
             raise Unproven("the accounts cannot be read; see where the console was started") from error
         account = known.people.get(folded(guess.name))
         needed = account is not None and account.totp is not None and code is not None
-        wait_s = max(self._guesses.wait_s(guess), self._codes.wait_s(account) if needed and account else 0.0)
-        if wait_s > 0.0:
+        wait_s = self._codes.wait_s(account) if needed and account else 0.0
+        taken = None if wait_s > 0.0 else self._guesses.take(guess)
+        if taken is None:
+            wait_s = max(1.0, wait_s, self._guesses.wait_s(guess))
             raise Unproven(f"too many failed tries; try again in {wait_s:.0f} s", wait_s)
-        self._guesses.failed(guess)  # before the check: many at once are no way around it
         right = is_right(password, None if account is None else account.argon2id)
         if account is None or not right or (needed and not self._taken(account, code or "", guess.address)):
             what = "an order" if guess.signed_in else "a sign-in"
             self.log(f"{what} as {guess.name[:60]!r} from {guess.address} has failed")
             raise Unproven(WRONG_WITH_CODES if self.have_codes else WRONG)
-        self._guesses.succeeded(guess)
+        self._guesses.succeeded(taken)
         return account, known
 
     def _taken(self, account: Account, code: str, address: str) -> bool:

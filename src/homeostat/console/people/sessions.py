@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import secrets
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, final
 
-from homeostat.console.people.accounts import Person
+from homeostat.console.people.accounts import Person, folded
 
 IDLE_S: Final = 1800.0
 """A session that nobody uses for so long ends, wall-clock [s]; a page that is open uses it."""
 LONGEST_S: Final = 12 * 3600.0
 """A session lasts for one shift at most, wall-clock [s]."""
-MOST: Final = 500
-"""Most sessions; the one that was used longest ago goes first."""
+MOST: Final = 20
+"""Most sessions of one person; of their own the one that was used longest ago goes first, and nobody else's does."""
 
 
 @dataclass(slots=True)
@@ -35,43 +36,57 @@ class Session:
 
 @final
 class Sessions:
-    """All sessions, in memory: they end with the server."""
+    """All sessions, in memory: they end with the server. They may be asked for from any thread."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         """Nobody has signed in; ``clock`` tells seconds and is set by nobody."""
         self._clock = clock
         self._open: dict[str, Session] = {}
+        self._alone = threading.Lock()
 
     def begin(self, person: Person) -> tuple[str, Session]:
         """A new session of ``person``, after the token that names it."""
         token, now = secrets.token_urlsafe(32), self._clock()
-        while len(self._open) >= MOST:
-            self._open.pop(min(self._open, key=lambda name: self._open[name].used))
-        self._open[_name(token)] = session = Session(person, secrets.token_urlsafe(32), now, now)
+        session = Session(person, secrets.token_urlsafe(32), now, now)
+        with self._alone:
+            for name in [name for name, one in self._open.items() if _is_over(one, now)]:
+                del self._open[name]
+            own = [name for name, one in self._open.items() if folded(one.person.name) == folded(person.name)]
+            own.sort(key=lambda name: self._open[name].used)
+            for name in own[: max(0, len(own) + 1 - MOST)]:
+                del self._open[name]
+            self._open[_name(token)] = session
         return token, session
 
     def of(self, token: str) -> Session | None:
         """The session that ``token`` names, which is used by that; None where there is none any more."""
         name, now = _name(token), self._clock()
-        session = self._open.get(name)
-        if session is None:
-            return None
-        if now - session.used > IDLE_S or now - session.begun > LONGEST_S:
-            del self._open[name]
-            return None
-        session.used = now
-        return session
+        with self._alone:
+            session = self._open.get(name)
+            if session is None:
+                return None
+            if _is_over(session, now):
+                del self._open[name]
+                return None
+            session.used = now
+            return session
 
     def showing(self, csrf: str) -> Session | None:
         """The session whose page shows ``csrf``, which is not used by that; None where there is none any more."""
         now = self._clock()
-        found = next((s for s in self._open.values() if secrets.compare_digest(s.csrf, csrf)), None)
-        over = found is None or now - found.used > IDLE_S or now - found.begun > LONGEST_S
-        return None if over else found
+        with self._alone:
+            every = list(self._open.values())
+        found = next((s for s in every if secrets.compare_digest(s.csrf.encode(), csrf.encode(errors="replace"))), None)
+        return None if found is None or _is_over(found, now) else found
 
     def end(self, token: str) -> None:
         """The session that ``token`` names is over."""
-        self._open.pop(_name(token), None)
+        with self._alone:
+            self._open.pop(_name(token), None)
+
+
+def _is_over(session: Session, now: float) -> bool:
+    return now - session.used > IDLE_S or now - session.begun > LONGEST_S
 
 
 def _name(token: str) -> str:

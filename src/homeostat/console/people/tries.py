@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+from collections import deque
 from collections.abc import Callable
 from typing import Final, final
 
@@ -13,9 +15,13 @@ MOST: Final = 10_000
 """Most names and addresses that are remembered."""
 
 
+_KEPT: Final = 64
+"""Last failures of each that are remembered: as many as it takes to the longest wait, and more."""
+
+
 @final
 class Tries:
-    """Counts failures by whose they are."""
+    """Counts failures by whose they are; it may be asked from any thread."""
 
     def __init__(
         self,
@@ -28,27 +34,39 @@ class Tries:
         ``longest_s`` is the longest wait [s]; failures before ``forgotten_s`` are forgotten [s].
         """
         self._clock, self._longest_s, self._forgotten_s = clock, longest_s, forgotten_s
-        self._failed: dict[str, tuple[int, float]] = {}
+        self._failed: dict[str, deque[tuple[float, str]]] = {}
+        self._alone = threading.Lock()
 
     def wait_s(self, *who: str) -> float:
         """How long the next try by any of these must wait [s]; 0 where it need not."""
         now, longest = self._clock(), 0.0
-        for key in who:
-            count, last = self._failed.get(key, (0, now))
-            if count >= FREE:
-                longest = max(longest, last + min(self._longest_s, 2.0 ** min(count - FREE, 30)) - now)
+        with self._alone:
+            for key in who:
+                failed = self._failed.get(key)
+                if failed is not None and len(failed) >= FREE:
+                    longest = max(longest, failed[-1][0] + self._wait_s(len(failed)) - now)
         return longest
 
-    def failed(self, *who: str) -> None:
-        """Each of these has failed once more."""
-        now = self._clock()
-        for key in who:
-            count, last = self._failed.pop(key, (0, now))
-            self._failed[key] = (1 if now - last > self._forgotten_s else count + 1, now)
-        while len(self._failed) > MOST:
-            self._failed.pop(next(iter(self._failed)))
+    def _wait_s(self, count: int) -> float:
+        return min(self._longest_s, 2.0 ** min(count - FREE, 30))
 
-    def succeeded(self, *who: str) -> None:
-        """Each of these has shown who it is."""
-        for key in who:
-            self._failed.pop(key, None)
+    def failed(self, *who: str, by: str = "") -> None:
+        """Each of these has failed once more; ``by`` says whose doing that was."""
+        now = self._clock()
+        with self._alone:
+            for key in who:
+                before = self._failed.pop(key, deque(maxlen=_KEPT))
+                if before and now - before[-1][0] > self._forgotten_s:
+                    before.clear()
+                before.append((now, by))
+                self._failed[key] = before
+            while len(self._failed) > MOST:
+                self._failed.pop(next(iter(self._failed)))
+
+    def succeeded(self, *who: str, by: str = "") -> None:
+        """Each of these has shown who it is: what was ``by`` the same is forgiven, and nothing else."""
+        with self._alone:
+            for key in who:
+                left = [one for one in self._failed.pop(key, ()) if one[1] != by]
+                if left:
+                    self._failed[key] = deque(left, _KEPT)
