@@ -8,10 +8,10 @@ import pytest
 
 from homeostat.cli.commands.console import opened
 from homeostat.console.card.card import Card
-from homeostat.console.card.episode import plainly
 from homeostat.console.opened import OpenedRun
 from homeostat.console.outlook import Until
 from homeostat.console.view import seen, shown
+from homeostat.console.wording import plainly
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.events.foresight import Foreseen
 from homeostat.domain.events.guard import Armed

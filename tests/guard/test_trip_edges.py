@@ -138,7 +138,7 @@ def test_a_violation_lasts_while_nobody_sees_the_reading() -> None:
     assert w.judge(hot(323.0)) == w.judge(hot(math.nan)) == TRIPS
     (violation,) = w.watch.judge(w.now_s + 1.0, Snapshot(w.now_s + 1.0, hot(math.nan)), "running")
     assert violation.limit == "LIM-HOT" and math.isnan(violation.margin) and violation.unit == "K"
-    assert violation.reason == "'T <= 313' cannot be judged now (LIM-HOT)"
+    assert violation.reason == "What LIM-HOT protects: 'T <= 313' cannot be judged now (LIM-HOT)"
 
 
 def test_a_violation_ends_where_a_diagnosis_may_lift_it() -> None:
@@ -218,7 +218,7 @@ def test_the_sentence_says_on_which_side_the_reading_is(t: float, said: str) -> 
     w = Watch(ALONE)
     w.judge(hot(400.0))
     (violation,) = w.watch.judge(2.0, Snapshot(2.0, hot(t)), "running")
-    assert violation.reason == f"'T <= 313' {said} (LIM-HOT)"
+    assert violation.reason == f"What LIM-HOT protects: 'T <= 313' {said} (LIM-HOT)"
 
 
 def _hot(text: str) -> Limit:

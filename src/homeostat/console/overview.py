@@ -7,6 +7,7 @@ from homeostat.console.card.card import Card
 from homeostat.console.card.proposal import state_label
 from homeostat.console.outlook import Outlook, TimeLeft, Until, outlook
 from homeostat.console.situation import Situation
+from homeostat.console.wording import plainly
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.plant.description import PlantDescription
@@ -91,7 +92,7 @@ def overview(
     """The line at ``at_s`` [s], from where the run stands, its card, and the limits ``beyond`` which readings are."""
     folded = sorted(
         (
-            RaisedAlarm(a.alarm, a.cause, a.priority.value, since_s, seen)
+            RaisedAlarm(a.alarm, plainly(a.cause), a.priority.value, since_s, seen)
             for a, since_s, seen in now.alarms.values()
             if a.alarm not in now.shelved
         ),

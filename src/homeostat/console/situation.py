@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
+from homeostat.console.wording import plainly
 from homeostat.domain.events.foresight import Foreseen
 from homeostat.domain.events.guard import (
     Armed,
@@ -230,7 +231,7 @@ def _of_recovery(now: Situation, event: Event, at_s: float) -> None:
         case Tripped() if event.acted:
             now.act_by_s = None
         case Latched():
-            now.latched, now.act_by_s = event.reason, None
+            now.latched, now.act_by_s = plainly(event.reason), None
 
 
 def _ahead(now: Situation, event: Event, at_s: float) -> None:

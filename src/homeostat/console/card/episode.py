@@ -1,6 +1,5 @@
 """An episode: from the first symptom to its end, read from the record of a run as it was at one moment."""
 
-import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, TypeVar
@@ -13,6 +12,7 @@ from homeostat.console.card.proposal import moves, proposal, state_label
 from homeostat.console.card.standing import current, fallen
 from homeostat.console.opened import KnownPlant
 from homeostat.console.readings import Readings
+from homeostat.console.wording import plainly
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultProbability, Symptom, by_fault_set
 from homeostat.domain.events.guard import RequestAnswered
@@ -44,8 +44,6 @@ from homeostat.record.story.wording import lasting, who, worst
 E = TypeVar("E")
 _LEAST = 0.005
 """Explanations below this probability are not shown [1]."""
-_VIOLATED: Final = re.compile(r"([^:;']+): '[^']*' is violated by (\S+ \S+) at (\S+ s) \(([^()]+)\)")
-"""What a finding says of a violated formula: what it protects, the formula, by how much, when, its name."""
 _SENT_S: Final = 5.0
 """How long before its event a fallback may have been sent [s]."""
 _MOST = 6
@@ -160,7 +158,7 @@ def _reason(episode: Episode) -> str:
         case (
             Deviated(reason=reason) | Strayed(reason=reason) | Tripped(reason=reason) | FallbackActivated(reason=reason)
         ):
-            return reason
+            return plainly(reason)
     return "something is wrong"
 
 
@@ -235,15 +233,6 @@ def _alone(compared: tuple[float, Compared] | None, plant: PlantDescription) -> 
     return plainly(left.refused) or f"Every limit is kept in {state_label(left.name, plant)!r}."
 
 
-def plainly(text: str) -> str:
-    """``text`` with what a judgement says of each violated formula in fewer words; the formula stands elsewhere.
-
-    >>> plainly("Level is low enough: 'L1 <= 11' is violated by 0.5 L at 63 s (LIM-L)")
-    'Level is low enough: violated by 0.5 L, worst after 63 s (LIM-L)'
-    """
-    return _VIOLATED.sub(r"\1: violated by \2, worst after \3 (\4)", text)
-
-
 def _let_be(episode: Episode, plant: PlantDescription) -> LetBe | None:
     """That the plant was left as it is, where that was judged last."""
     for entry in reversed(episode.entries):
@@ -309,7 +298,7 @@ def _acted(episode: Episode, plant: PlantDescription) -> Iterator[Acted]:
     for entry in episode.entries:
         if isinstance(event := entry.event, FallbackActivated):
             written = moves(event.commands, _before_fallback(every, entry), plant)
-            yield Acted(entry.at_s, event.strategy, event.reason, written, event.strategy in stood)
+            yield Acted(entry.at_s, event.strategy, plainly(event.reason), written, event.strategy in stood)
 
 
 def _before_fallback(entries: Sequence[Entry], acted: Entry) -> Sequence[Entry]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Final
 
+from homeostat.console.wording import plainly
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.guard import GuardStarted
 from homeostat.domain.events.people import AlarmAcknowledged, AlarmRaised, AlarmReturned, AlarmShelved, AlarmUnshelved
@@ -149,7 +150,8 @@ class _Book:
                     self._change(name, returned_s=at_s, acknowledged_s=at_s, acknowledged_by="a guard that began again")
             case AlarmRaised():
                 lasting = any(self.every[k].returned_s is None for k in self._latest.values())
-                made = ListedAlarm(event.alarm, event.cause, event.priority.value, AlarmState.UNACKNOWLEDGED, at_s)
+                cause, priority = plainly(event.cause), event.priority.value
+                made = ListedAlarm(event.alarm, cause, priority, AlarmState.UNACKNOWLEDGED, at_s)
                 before = self._latest.get(event.alarm)
                 if before is not None and self.every[before].acknowledged_s is None:  # the new one stands in its place
                     self._change(event.alarm, returned_s=self.every[before].returned_s or at_s, acknowledged_s=at_s)

@@ -8,11 +8,12 @@ from homeostat.agents.checks import judge
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.pricing import Pricing
 from homeostat.console.card.card import Move
-from homeostat.console.card.episode import plainly, worded
+from homeostat.console.card.episode import worded
 from homeostat.console.card.foresight import Foresight, first_limit
 from homeostat.console.card.margins import predicted_margins
 from homeostat.console.card.proposal import state_label
 from homeostat.console.trial.question import Question, Tried
+from homeostat.console.wording import plainly
 from homeostat.domain.diagnosis import by_fault_set
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.snapshot import Snapshot

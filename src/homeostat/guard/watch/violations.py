@@ -49,7 +49,9 @@ def violation(limit: Limit, watched: float, values: Mapping[str, float]) -> Viol
 
     ``values``: the readings, by tag, for the unit of what decides.
     """
-    name, text, unit, margin = limit.name, repr(limit.formula.text), limit.formula.unit, watched + limit.lead
+    name, unit, margin = limit.name, limit.formula.unit, watched + limit.lead
+    protects = f"{limit.description}: " if limit.description else ""
+    text = f"{protects}{limit.formula.text!r}"
     if math.isnan(margin):
         return Violation(name, margin, unit, f"{text} cannot be judged now ({name})")
     size = _size(limit.formula, values, margin)
