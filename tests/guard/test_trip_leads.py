@@ -18,6 +18,7 @@ pytestmark = pytest.mark.quick
 
 AT_ONCE = TripRule("LIM-HOT", 0.0, 6.0)
 LEADING = Limits((replace(LIMIT, lead=3.0),), ())
+PROTECTS = "What LIM-HOT protects: "
 
 
 def test_without_a_lead_it_trips_at_the_limit_and_with_one_so_much_sooner() -> None:
@@ -29,11 +30,11 @@ def test_a_violation_tells_the_margin_that_is_left_and_the_lead() -> None:
     w = Watch(AT_ONCE, limits=LEADING)
     (found,) = w.watch.judge(1.0, Snapshot(1.0, hot(311.5)), "running")
     assert found.margin == pytest.approx(1.5)
-    assert found.reason == "What LIM-HOT protects: 'T <= 313' holds by no more than 1.5 K; it trips 3 K before it is violated (LIM-HOT)"
+    assert found.reason == PROTECTS + "'T <= 313' holds by no more than 1.5 K; it trips 3 K before it is violated (LIM-HOT)"
     (found,) = w.watch.judge(1.5, Snapshot(1.5, hot(313.0)), "running")
     assert found.margin == 0.0 and "holds by no more than 0 K; it trips 3 K before" in found.reason
     (found,) = w.watch.judge(2.0, Snapshot(2.0, hot(314.0)), "running")
-    assert found.margin == pytest.approx(-1.0) and found.reason == "What LIM-HOT protects: 'T <= 313' is violated by 1 K (LIM-HOT)"
+    assert found.margin == pytest.approx(-1.0) and found.reason == PROTECTS + "'T <= 313' is violated by 1 K (LIM-HOT)"
 
 
 def test_the_sum_counts_from_where_it_trips() -> None:

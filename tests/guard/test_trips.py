@@ -368,7 +368,8 @@ def test_a_sentence_names_the_limit_the_margin_and_the_unit() -> None:
     for _ in range(5):
         w.judge(hot(315.0))
     (violation,) = w.watch.judge(6.0, Snapshot(6.0, hot(315.0)), "running")
-    assert violation.reason == "What LIM-HOT protects: 'T <= 313' is violated by 2 K (LIM-HOT)" and violation.margin == -2.0
+    assert violation.margin == -2.0
+    assert violation.reason == "What LIM-HOT protects: 'T <= 313' is violated by 2 K (LIM-HOT)"
     (violation,) = w.watch.judge(7.0, Snapshot(7.0, hot(312.0)), "running")
     assert violation.reason == "What LIM-HOT protects: 'T <= 313' was violated and holds by no more than 1 K (LIM-HOT)"
     assert HOT.name == violation.limit and violation.unit == "K"

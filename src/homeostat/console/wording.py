@@ -4,8 +4,9 @@ import re
 from typing import Final
 
 _JUDGED: Final = re.compile(
-    r"(?P<what>[^:;']+): '[^']*' (?P<how>is violated by|was violated and holds by no more than|holds by no more than|cannot "
-    r"be judged now)(?P<size> [^\s;(]+ [^\s;]+)?(?: at (?P<at>\S+ s))?(?P<more>; [^()]*)? \((?P<name>[^()]+)\)"
+    r"(?P<what>[^:;']+): '[^']*' "
+    r"(?P<how>is violated by|was violated and holds by no more than|holds by no more than|cannot be judged now)"
+    r"(?P<size> [^\s;(]+ [^\s;]+)?(?: at (?P<at>\S+ s))?(?P<more>; [^()]*)? \((?P<name>[^()]+)\)"
 )
 _HOW: Final = {"is violated by": "violated by"}
 
