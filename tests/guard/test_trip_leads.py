@@ -30,7 +30,8 @@ def test_a_violation_tells_the_margin_that_is_left_and_the_lead() -> None:
     w = Watch(AT_ONCE, limits=LEADING)
     (found,) = w.watch.judge(1.0, Snapshot(1.0, hot(311.5)), "running")
     assert found.margin == pytest.approx(1.5)
-    assert found.reason == PROTECTS + "'T <= 313' holds by no more than 1.5 K; it trips 3 K before it is violated (LIM-HOT)"
+    said = "'T <= 313' holds by no more than 1.5 K; it trips 3 K before it is violated (LIM-HOT)"
+    assert found.reason == PROTECTS + said
     (found,) = w.watch.judge(1.5, Snapshot(1.5, hot(313.0)), "running")
     assert found.margin == 0.0 and "holds by no more than 0 K; it trips 3 K before" in found.reason
     (found,) = w.watch.judge(2.0, Snapshot(2.0, hot(314.0)), "running")

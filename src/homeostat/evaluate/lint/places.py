@@ -78,12 +78,16 @@ class Places:
         return self._of_graph(thing)
 
     def _of_graph(self, name: str) -> Place:
-        """Where that of a name in the graph is stated: ``feature_F-MASS``, ``B204``."""
+        """Where that of a name in the graph is stated: ``feature_F-MASS``, ``B204``, ``step_drain_3``."""
         for kind, (table, column) in _TABLES.items():
             known = {row.get(column) for row in self._tables[table].rows}
             for short in (name, name.removeprefix(f"{kind.replace(' ', '_')}_")):
                 if short in known:
                     return self.row(table, **{column: short})
+        for table, column in _TABLES.values():  # the name of a step has that of its strategy in it
+            for cell in sorted({row.get(column, "") for row in self._tables[table].rows}, key=len, reverse=True):
+                if cell and f"_{cell}_" in name:
+                    return self.row(table, **{column: cell})
         return Place(f"{FOLDER}/*.csv", None, name)
 
 

@@ -4,6 +4,7 @@ import math
 from typing import Final
 
 from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.plant.state_machine import State
 from homeostat.knowledge.checks.intervals import Interval, Intervals, bounds, can_fail, can_hold
 from homeostat.knowledge.checks.reach import comparisons, deepest, ends
 from homeostat.knowledge.store.error import Code, Found
@@ -24,6 +25,7 @@ def formulas(plant: PlantDescription) -> Found:
     for state in plant.machine.states:
         yield from momentary(f"state {state.name!r}", "settled_when", state.settled_when)
         yield from judged(plant, f"state {state.name!r}", state.settled_when, ranges)
+        yield from settled(state, ranges)
     for limit in plant.limits.limits:
         yield from momentary(f"limit {limit.name!r}", "limit", limit.formula)
         yield from judged(plant, f"limit {limit.name!r}", limit.formula, ranges)
@@ -34,6 +36,16 @@ def formulas(plant: PlantDescription) -> Found:
         yield from breakable(f"criterion {criterion.name!r}", criterion.formula, ranges)
         if criterion.hard:
             yield from roomy(plant, f"criterion {criterion.name!r}", criterion.formula)
+
+
+def settled(state: State, ranges: Intervals) -> Found:
+    """A state that never settles, because what it commands keeps its own condition from holding."""
+    formula = state.settled_when
+    own = {s.tag: (s.low, s.high) for s in state.setpoints if s.tag in formula.tags}
+    if own and can_hold(formula.root, ranges) and not can_hold(formula.root, {**ranges, **own}):
+        admitted = ", ".join(f"{tag!r} from {low:g} to {high:g}" for tag, (low, high) in sorted(own.items()))
+        message = f"'{formula}' cannot hold with the setpoints that it admits ({admitted}), so it never settles"
+        yield Code.GUARD_NEVER_TRUE, f"state {state.name!r}", f"{message}; correct settled_when or setpoints.csv"
 
 
 def ranges_of(plant: PlantDescription) -> dict[str, Interval]:

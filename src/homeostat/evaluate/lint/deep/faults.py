@@ -243,7 +243,8 @@ def _silent(bench: Bench, shown: dict[str, dict[str, Shown]]) -> Iterator[Findin
 def _never(bench: Bench, rule: SymptomRule, known: list[str], shown: dict[str, dict[str, Shown]]) -> Finding:
     """What to say of a symptom that none of its faults shows."""
     place, side = bench.places.row("symptoms", id=rule.name), rule.direction.value
-    others = [r for r in bench.plant.description.symptom_rules if r.feature == rule.feature and r.name != rule.name]
+    rules = bench.plant.description.symptom_rules
+    others = [r for r in rules if r.feature == rule.feature and r.direction != rule.direction]  # they see that side
     opposite = max(shown[name][rule.name].opposite for name in known)
     named = f"{', '.join(known[:3])}{' ...' if known[3:] else ''}"
     what = f"none of the faults that it indicates ({named}) shows it at its nominal severity"
