@@ -76,7 +76,7 @@ def test_the_page_and_the_exported_page_say_it_too(page: Any, left_alone_run: Pa
     assert card is not None and card.let_be is not None
     nearest, out = card.let_be.margins[0], tmp_path / "run.html"
     assert homeostat("export-console", str(left_alone_run), "--out", str(out), cwd=tmp_path).status == 0
-    size = f"+{float(format(nearest.margin, '.3g')):g} K at worst"
+    size = f"+{float(format(nearest.margin, '.3g')):g} K to spare at worst"
     with served(left_alone_run) as server:
         for address in (server.address, out.as_uri()):
             page.goto(f"{address}#t={run.last_s}")

@@ -38,7 +38,7 @@ def test_ten_seconds_answer_four_questions(page: Any, console: Served) -> None:
     worst = moment["card"]["proposal"]["margins"][0]
     answers = page.locator(".answers").inner_text()
     assert "Cooling valve stuck towards closed" in answers and "Reduced load" in answers
-    assert f"+{float(format(worst['margin'], '.3g'))} {worst['unit']} at worst" in answers
+    assert f"+{float(format(worst['margin'], '.3g'))} {worst['unit']} to spare at worst" in answers
     assert re.search(r"If nothing is done, the first hard limit is reached in \d+ s to ", answers)
     bands = page.get_by_role("img", name="T1: with the proposal")
     assert bands.count() == 1 and bands.locator("polygon").count() == 2 and bands.locator(".bound").count() >= 1

@@ -54,7 +54,7 @@ def test_the_picture_that_a_recorded_run_opens_on_has_its_time(page: Any, consol
     page.goto(console.address)
     page.wait_for_selector(".answers")
     left = page.locator(".answers > div", has_text="How long is left")
-    assert TIMES.search(left.inner_text()) and "until a hard limit: Highest reactor" in left.inner_text()
+    assert TIMES.search(left.inner_text()) and "until hard limit ‘Highest reactor" in left.inner_text()
     assert "the guard: check what was decided" in page.locator(".overview").inner_text()
 
 

@@ -78,14 +78,14 @@ export function Margins({ proposal }: { proposal: Pick<Proposal, "margins" | "me
 // Whose margin the worst one is: what it protects, the comparison, when, and in which member.
 function Worst({ m, members }: { m: Margin; members: number }) {
   return (
-    <><p class={m.margin < 0 ? "big bad" : "big"}>{m.margin < 0 ? "■ " : ""}{distance(m.margin, m.unit, m.term)} at worst</p>
+    <><p class={m.margin < 0 ? "big bad" : "big"}>{m.margin < 0 ? "■ " : ""}{distance(m.margin, m.unit, m.term)}{m.margin < 0 ? "" : " to spare"} at worst</p>
       <p>{m.text || m.name}: <code>{m.term || m.formula}</code>, after {span(m.at_s)}, in member {m.member} of {members}{m.full && ", as good as it can be"}.</p></>
   );
 }
 
 function Safe({ card }: { card: Card }) {
   const p = card.proposal, left = card.let_be, acted = p ? undefined : card.acted[0], worst = p?.margins[0];
-  if (acted) return <><p class="big quiet">The tables’ own safe state</p><p>{acted.stands ? "The plant was read to hold it." : "The plant was not read to hold it yet."}</p></>;
+  if (acted) return <><p class="big quiet">The plant’s prepared safe state</p><p>{acted.stands ? "Its readings confirm it." : "Its readings do not confirm it yet."}</p></>;
   if (p && worst) {
     return <><Worst m={worst} members={p.members} />
       {p.certificate && <p>{p.certificate.violations} of {p.certificate.draws} draws violate a hard limit: at most {percent(p.certificate.bound)} (with {percent(p.certificate.level)} confidence).</p>}</>;

@@ -46,7 +46,7 @@ function Transport({ run, player, theme, turn }: { run: Run; player: Player; the
         {SPEEDS.map((s) => <option key={s} value={String(s)}>{s} ×</option>)}</select></label>}
       <input type="range" min={0} max={Math.max(1, Math.round(last))} step={1} value={Math.round(at)} aria-label="Process time"
         aria-valuetext={`${moment(at)} of ${moment(last)}`} onInput={(e) => player.seek(Number(e.currentTarget.value))} />
-      <span class="clock">{moment(at)} <span class="quiet">of {moment(last)} ({span(at)})</span></span>
+      <span class="clock">{moment(at)} <span class="quiet">of {moment(last)}{at >= 120 && ` (${span(at)})`}</span></span>
       {run.begins_s !== null && !run.live && <button type="button" onClick={() => player.seek(run.begins_s!)} title="e">First symptom</button>}
       <button type="button" onClick={turn} title="t">{theme === "dark" ? "Light" : "Dark"}</button>
       {player.lost && !run.attached && <b class="warn" role="alert">△ The connection is lost: this is how it was at {moment(at)}.</b>}

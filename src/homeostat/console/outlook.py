@@ -125,7 +125,8 @@ class _Said:
             what = f"beyond a hard limit: {self.protects or self.beyond}"
             when = f"A reading was beyond it within the last {held_s(self.plant):g} s."
             latest = "" if by_s is None or now.latched or now.lease_lost else f"It acts at {by_s:.0f} s, {unless}."
-            return TimeLeft(Until.BEYOND, None, None, what, " ".join(filter(None, (when, self._answer(), latest))))
+            said = when, self._answer("If it stays so,"), latest
+            return TimeLeft(Until.BEYOND, None, None, what, " ".join(filter(None, said)))
         if now.latched:
             acted = "the plant is latched" if now.done is None else f"{self._done()} at {now.done[1]:.0f} s"
             return TimeLeft(Until.ACTED, None, None, acted, "")
@@ -158,7 +159,7 @@ class _Said:
         if at_s > to_s:
             text = f"It was foreseen at {told.from_s:.0f} s, and the twin has not looked ahead since."
             return TimeLeft(Until.PASSED, from_s, to_s, f"a hard limit was to be reached by {to_s:.0f} s: {what}", text)
-        return TimeLeft(Until.LIMIT, from_s, to_s, f"until a hard limit: {what}", self._answer())
+        return TimeLeft(Until.LIMIT, from_s, to_s, f"until hard limit ‘{what}’ is broken", self._answer("At the limit"))
 
     def _clear(self, told: Foreseen) -> str:
         """What is kept, where that is about what was released; of what happens without it the card speaks."""
@@ -166,7 +167,7 @@ class _Said:
             return ""
         return f"With what was released no member reaches one by {told.from_s + told.length_s:.0f} s."
 
-    def _answer(self) -> str:
+    def _answer(self, when: str) -> str:
         """Who answers a hard limit."""
         now = self.now
         if not acts_alone(now):
@@ -175,7 +176,7 @@ class _Said:
             return "The plant takes no commands: a person at the plant must act."
         if now.latched:
             return f"{self._done().capitalize()}." if now.done is not None else ""
-        return f"At the limit fallback ‘{now.armed[0]}’ acts." if now.armed else "At the limit a fallback acts."
+        return f"{when} fallback ‘{now.armed[0]}’ acts." if now.armed else f"{when} a fallback acts."
 
     def _done(self) -> str:
         what = "" if self.now.done is None else self.now.done[0]
