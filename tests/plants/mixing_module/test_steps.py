@@ -153,6 +153,7 @@ def test_an_actuator_too_many_is_refused_and_asked_for_again(target: str) -> Non
     assert following.agent == "action" and "CHK-RANGE" in following.prompt, "the path was not at fault"
 
 
+@pytest.mark.wide
 def test_a_model_that_never_says_anything_usable_costs_nothing_but_time() -> None:
     """What was approved for a step is approved as the begin of a whole route; the search takes every step instead."""
     result, asked, trace = stepwise("none", None, lambda question: "no")
