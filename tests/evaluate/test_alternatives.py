@@ -149,6 +149,7 @@ def test_an_unnoticed_fault_that_violates_nothing_is_no_action() -> None:
     assert outcome_of(mild, 9999.0).outcome is Outcome.NO_ACTION
 
 
+@pytest.mark.wide
 def test_a_release_on_a_plant_that_cools_too_well_is_needless() -> None:
     chosen = scenario(reactor(), "cool_stuck_open", 1, 1450.0, None, 1650.0)
     result = run(reactor(), chosen, clock=DeclaredClock(1.0))

@@ -144,6 +144,7 @@ def test_right_plans_and_actuators_are_accepted(step: tuple[str, str, str, str])
     assert judged(actuators).accepted
 
 
+@pytest.mark.wide
 def test_the_table_counts_answers_not_kinds_of_them() -> None:
     accepted, refused = right(*RIGHT_STEPS[3])[0], WRONG_PLANS[0]
     assert judged(accepted).accepted

@@ -131,6 +131,7 @@ def test_a_wrong_line_is_refused_by_the_rollout_and_the_other_one_asked_for() ->
 EXTRA = {"filling_B201": {"VO201.cmd": 1.0, "VI204.cmd": 1.0}, "emptying_B204": {"P101.cmd": 1.0, "VI204.cmd": 1.0}}
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("target", ["emptying_B204", pytest.param("filling_B201", marks=pytest.mark.wide)])
 def test_an_actuator_too_many_is_refused_and_asked_for_again(target: str) -> None:
     wrong: list[str] = []
