@@ -49,9 +49,10 @@ def same(folder: Path, whole: Path) -> bool:
 
 
 @pytest.mark.slow
-def test_killed_and_killed_again(tmp_path: Path, whole: Path) -> None:
+@pytest.mark.parametrize("times", [1, pytest.param(2, marks=pytest.mark.wide)])
+def test_killed_and_killed_again(tmp_path: Path, whole: Path, times: int) -> None:
     out, draw, kept = tmp_path / "out", random.Random(5), 0
-    for least in (draw.randint(1, 4), draw.randint(6, 10)):
+    for least in (draw.randint(1, 4), draw.randint(6, 10))[:times]:
         process = started(tmp_path, "--workers", "1")
         wait_for(lambda least=least: rows_in(out) >= least, f"{least} rows")  # type: ignore[misc]
         assert stop(process, signal.SIGKILL)[0] == -signal.SIGKILL
@@ -109,7 +110,7 @@ def test_a_worker_that_joins_takes_what_is_left(tmp_path: Path, whole: Path) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("address", ["nonsense", ""])
+@pytest.mark.parametrize("address", [pytest.param("nonsense", marks=pytest.mark.wide), ""])
 def test_a_cluster_that_is_not_there_leaves_nothing_behind(tmp_path: Path, address: str) -> None:
     status, out, err = ended(started(tmp_path, "--cluster", address))
     assert (status, out) == (2, "") and f"\nhomeostat: no scheduler answers at '{address}' (" in err

@@ -49,6 +49,7 @@ def test_the_person_is_told_everything_and_the_run_ends(tmp_path: Path, kibibyte
     refused(homeostat("resume", "run", cwd=tmp_path), "is over")
 
 
+@pytest.mark.wide
 def test_what_is_compiled_during_the_run_needs_no_room(tmp_path: Path) -> None:
     done = cramped(4, tmp_path, tmp_path / "nothing compiled yet")
     said = done.err.splitlines()

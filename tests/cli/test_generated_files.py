@@ -72,7 +72,9 @@ def state(boiler: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("name", NEEDING_GRAPH)
-@pytest.mark.parametrize("missing", [False, True], ids=["older", "missing"])
+@pytest.mark.parametrize(
+    "missing", [pytest.param(False, id="older", marks=pytest.mark.wide), pytest.param(True, id="missing")]
+)
 def test_a_graph_is_made_again_where_a_command_needs_it(name: str, missing: bool, boiler: Path) -> None:
     age(boiler)
     if missing:

@@ -48,7 +48,9 @@ def stopped(folder: Path, how: signal.Signals, kinds: int, delay_s: float) -> tu
     return process.returncode, out, err
 
 
-@pytest.mark.parametrize(("events", "delay_s"), [(1, 0.0), (2, 0.1), (8, 0.2)])
+@pytest.mark.parametrize(
+    ("events", "delay_s"), [(1, 0.0), *(pytest.param(*each, marks=pytest.mark.wide) for each in ((2, 0.1), (8, 0.2)))]
+)
 def test_killed_at_any_moment(tmp_path: Path, events: int, delay_s: float) -> None:
     status, _, _ = stopped(tmp_path, signal.SIGKILL, events, delay_s)
     assert status == -signal.SIGKILL

@@ -137,6 +137,7 @@ def test_a_recording_on_a_full_disk_is_told_once_and_ends_nothing(asked: Done, t
     assert done.err.startswith("homeostat: '/dev/full' cannot be written: ") and done.err.count("\n") == 1
 
 
+@pytest.mark.wide
 def test_a_server_that_is_not_there_hands_over_to_the_search(tmp_path: Path) -> None:
     arguments = ("--proposer", "http://127.0.0.1:9/v1#m", "--local-only", "--out", "run", "--json")
     done = homeostat(*RUN, *arguments, cwd=tmp_path)

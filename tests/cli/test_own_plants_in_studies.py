@@ -95,6 +95,7 @@ def test_it_is_run_recorded_and_gone_on_with(place: Path, tmp_path: Path) -> Non
     assert again[:3] == before and len(again) == 5, "only the plant that was changed is run again"
 
 
+@pytest.mark.wide
 def test_two_processes_and_one_give_the_same_rows(place: Path) -> None:
     carried_out(place)
     command = ("campaign", "studies/own.toml", "--workers", "2", "--out", "two")

@@ -99,6 +99,7 @@ def test_a_table_without_the_column_gets_it(impeller: Path, tmp_path: Path) -> N
     assert load_plant(str(folder)).description.fault("larger").mode == "unknown_P1_K_P1"
 
 
+@pytest.mark.parametrize("simulated", [False, pytest.param(True, marks=pytest.mark.wide)])
 @pytest.mark.parametrize(
     ("disturbance", "end_s", "seed", "name", "severity"),
     [
@@ -107,16 +108,17 @@ def test_a_table_without_the_column_gets_it(impeller: Path, tmp_path: Path) -> N
     ],
 )
 def test_the_next_time_it_is_found_by_its_name(
-    knowing: Path, tmp_path: Path, disturbance: str, end_s: int, seed: int, name: str, severity: str
+    knowing: Path, tmp_path: Path, disturbance: str, end_s: int, seed: int, name: str, severity: str, simulated: bool
 ) -> None:
-    as_truth = ("--fault", name, "--severity", severity, "--onset", "1450")
-    for k, truth in enumerate((("--disturb", disturbance), as_truth)):
-        where = ("--seed", str(seed), "--end", str(end_s), *LOOKS, "--out", f"run{k}")
-        done = homeostat("run", str(knowing), *truth, *where, cwd=tmp_path)
-        (line,) = (line for line in done.out.splitlines() if line.startswith("  Detected"))
-        assert f"94 % {name} " in line, line
+    """Also where the plant simulates what it knows by that name."""
+    truth = ("--fault", name, "--severity", severity, "--onset", "1450") if simulated else ("--disturb", disturbance)
+    where = ("--seed", str(seed), "--end", str(end_s), *LOOKS, "--out", "again")
+    done = homeostat("run", str(knowing), *truth, *where, cwd=tmp_path)
+    (line,) = (line for line in done.out.splitlines() if line.startswith("  Detected"))
+    assert f"94 % {name} " in line, line
 
 
+@pytest.mark.wide
 def test_other_faults_are_called_what_they_were(knowing: Path, tmp_path: Path) -> None:
     chosen = ("--fault", "cool_stuck_closed", "--onset", "1450", "--end", "1480", *LOOKS)
     said = []

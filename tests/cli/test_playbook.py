@@ -63,6 +63,7 @@ def test_a_file_that_cannot_be_written_changes_nothing_about_the_run(tmp_path: P
     assert "the playbook was not added to" in done.err and "released" in done.out
 
 
+@pytest.mark.wide
 def test_a_playbook_that_is_full_changes_nothing_about_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     add_to_playbook(tmp_path / "book", [entry()])
     before = (tmp_path / "book").read_bytes()

@@ -51,7 +51,7 @@ def test_of_very_many_readings_the_latest_are_kept(most: int, count: int) -> Non
 
 
 def test_a_run_is_shown_while_it_goes_on_and_after_it(tmp_path: Path) -> None:
-    arguments = ["run", "cstr", "--end", "900", "--console", "--pace", "120", "--out", "run"]
+    arguments = ["run", "cstr", "--end", "300", "--console", "--pace", "120", "--out", "run"]
     with (tmp_path / "said").open("w+") as said:
         process = subprocess.Popen(
             [*COMMAND, *arguments], cwd=tmp_path, env=environment(), stdout=subprocess.DEVNULL, stderr=said
@@ -71,7 +71,7 @@ def test_a_run_is_shown_while_it_goes_on_and_after_it(tmp_path: Path) -> None:
             assert float(last["id"]) > float(first["id"])
             waited_for(tmp_path / "said", r"(the page stays until Ctrl-C)")
             told = server.ask("/api/run").json
-            assert (told["live"], told["closed"], told["last_s"]) == (False, True, 900.0)
+            assert (told["live"], told["closed"], told["last_s"]) == (False, True, 300.0)
         finally:
             os.kill(process.pid, signal.SIGINT)
             process.wait(LIMIT_S)

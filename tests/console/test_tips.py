@@ -87,7 +87,7 @@ def test_a_finger_is_told_too(tablet: Any) -> None:
     assert tablet.locator(".tip").count() == 0
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("theme", [pytest.param("light", marks=pytest.mark.wide), "dark"])
 def test_axe_finds_nothing_while_a_tip_stands(sheet: Any, theme: str) -> None:
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-core is not installed").Axe()
     sheet.emulate_media(color_scheme=theme)

@@ -116,6 +116,7 @@ def test_steps_as_usual_are_told_from_others() -> None:
     assert not as_usual(mixing(), [*usual[:4], "bypass_emptying_B201"]) and not as_usual(mixing(), usual[1:])
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize(
     ("onset_s", "kind"), [(114.0, Outcome.RECOVERED), pytest.param(None, Outcome.NO_ACTION, marks=pytest.mark.wide)]
 )
@@ -148,14 +149,15 @@ def test_an_unnoticed_fault_that_violates_nothing_is_no_action() -> None:
     assert outcome_of(mild, 9999.0).outcome is Outcome.NO_ACTION
 
 
+@pytest.mark.wide
 def test_a_release_on_a_plant_that_cools_too_well_is_needless() -> None:
-    chosen = scenario(reactor(), "cool_stuck_open", 1, 1450.0, None, 2000.0)
+    chosen = scenario(reactor(), "cool_stuck_open", 1, 1450.0, None, 1650.0)
     result = run(reactor(), chosen, clock=DeclaredClock(1.0))
     assert result.released_s is not None and result.outcome is Outcome.NEEDLESS_ACTION and not result.good
 
 
 def test_a_line_that_is_blocked_is_held() -> None:
-    chosen = scenario(reactor(), "outlet_block", 1, 1450.0, None, 1900.0)
+    chosen = scenario(reactor(), "outlet_block", 1, 1450.0, None, 1600.0)
     result = run(reactor(), chosen, clock=DeclaredClock(1.0))
     assert (result.outcome, result.actor) == (Outcome.HELD, "search") and not result.good
     assert result.truth.signals["F1"][0, -60:].mean() < 0.1 * reactor().production.design_rate

@@ -14,7 +14,7 @@ from homeostat.plants.plant import Plant, load_plant
 
 RUNS = {
     "cstr": ("cool_stuck_closed", 900.0, 1010.0),
-    "mixing_module": ("stuck_closed_VI202", 60.0, 160.0),
+    "mixing_module": ("stuck_closed_VI202", 60.0, 110.0),
 }
 """Plant -> a fault to which there is an answer, its onset [s], and when the run ends [s]."""
 

@@ -99,7 +99,12 @@ def test_what_is_offered_is_written_after_a_yes_to_its_digest() -> None:
     ("verb", "about", "ended"),
     [
         (Verb.REJECT, {"reason": "the hand valve is shut"}, ("refused", "CHK-PERSON", "Ada: the hand valve is shut")),
-        (Verb.MODE, {"subject": "observe"}, ("withdrawn", "CHK-OVERTAKEN", "Ada changed the mode to 'observe'")),
+        pytest.param(
+            Verb.MODE,
+            {"subject": "observe"},
+            ("withdrawn", "CHK-OVERTAKEN", "Ada changed the mode to 'observe'"),
+            marks=pytest.mark.wide,
+        ),
         (Verb.FALL_BACK, {"reason": "smoke"}, ("withdrawn", "CHK-OVERTAKEN", "a person ordered the fallback")),
     ],
 )
@@ -185,7 +190,10 @@ def test_what_only_observes_has_no_way_to_write() -> None:
     assert [thing for thing in reached(writing) if thing is link]
 
 
-@pytest.mark.parametrize("refused", [(), (NoLease(28.0, 80.0),)], ids=["at once", "later"])
+@pytest.mark.parametrize(
+    "refused",
+    [pytest.param((), id="at once"), pytest.param((NoLease(28.0, 80.0),), id="later", marks=pytest.mark.wide)],
+)
 def test_a_batch_goes_on_where_the_plant_stands_after_the_lease_was_lost(refused: tuple[NoLease, ...]) -> None:
     """The plant's own recipe takes the step that is due meanwhile; the guard takes the ones that follow."""
     process = open_process(plant(), scenario(plant(), "none", 1, end_s=300.0))

@@ -118,6 +118,7 @@ def test_what_helped_before_is_proposed_first_judged_bettered_and_compared() -> 
     assert released.digest == compared.chosen and released.certificate is not None, "checked today like anything else"
 
 
+@pytest.mark.wide
 def test_equal_inputs_with_an_equal_playbook_give_an_equal_run() -> None:
     again = recovered(2, book(*entries_of(first())[:1]), 0.66)
     assert told(again) == told(second())

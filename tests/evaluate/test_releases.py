@@ -179,7 +179,7 @@ class Leaving:
         raise self._raised(0)
 
 
-@pytest.mark.parametrize("raised", [SystemExit, KeyboardInterrupt])
+@pytest.mark.parametrize("raised", [SystemExit, pytest.param(KeyboardInterrupt, marks=pytest.mark.wide)])
 def test_a_proposer_that_ends_the_process_ends_no_run(raised: type[BaseException], tmp_path: Path) -> None:
     def propose(bench: Workbench) -> Any:
         return tuple(replace(p, planning=Leaving(raised)) for p in in_operation(bench))

@@ -27,7 +27,7 @@ from homeostat.stl.formula import Expression, Formula
 from tests.knowledge.tables import INSTALLED
 from tests.knowledge.whole import whole
 
-PLANTS = ("cstr", "mixing_module")
+PLANTS = ["cstr", pytest.param("mixing_module", marks=pytest.mark.wide)]
 NUMBERS = (
     "0",
     "-1",

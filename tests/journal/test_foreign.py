@@ -109,7 +109,7 @@ def judged(directory: Path) -> None:
     assert status in (0, 1, 3) and out.endswith("\n") and not err
 
 
-SMALL = settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+SMALL = settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 
 
 @SMALL

@@ -97,7 +97,9 @@ def saying(text: str) -> tuple[Document, ...]:
     return documents(plant.graph, plant.namespace)
 
 
-@pytest.mark.parametrize("injection", CORPUS, ids=lambda i: i.name)
+@pytest.mark.parametrize(
+    "injection", [pytest.param(i, id=i.name, marks=pytest.mark.wide if k % 3 else []) for k, i in enumerate(CORPUS)]
+)
 def test_a_text_of_the_plant_is_quoted(injection: Injection) -> None:
     outside = re.compile("«[^»]*»")
     for document, like in zip(saying(injection.text), saying("Pump"), strict=True):

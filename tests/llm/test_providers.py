@@ -49,6 +49,8 @@ FAILED = {
 REDIRECTED = {"redirect", "redirect_loop"}
 REPEATED = {"server_error", "unavailable", "dropped", "reset", "header_bomb"}
 """What is asked again while there is time; a busy machine has less of it."""
+ALIKE = {"unavailable", "reset", "header_bomb"}
+"""What is asked again as others of `REPEATED` are."""
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +89,9 @@ def test_what_comes_through_is_for_the_agent_to_judge(server: str, behaviour: st
     assert reply.usage.cost_usd is None, "no list has a price of this server's"
 
 
-@pytest.mark.parametrize("behaviour", sorted(FAILED))
+@pytest.mark.parametrize(
+    "behaviour", [pytest.param(each, marks=pytest.mark.wide if each in ALIKE else []) for each in sorted(FAILED)]
+)
 def test_what_does_not_is_a_failure_with_its_reason(server: str, behaviour: str) -> None:
     outcome = asked(server, behaviour, SHORT_S if FAILED[behaviour] is Failure.TIMEOUT else LONG_S)
     assert outcome.failure is FAILED[behaviour] and outcome.error is not None

@@ -55,11 +55,18 @@ def test_a_scaffold_is_short_and_called_after_its_folder(like: str, tmp_path: Pa
 @pytest.mark.parametrize(
     "like", ["tanks", *(pytest.param(other, marks=pytest.mark.wide) for other in ("batch", "reactor"))]
 )
-def test_a_scaffold_is_clean_learns_and_recovers_from_a_fault_by_search(like: str, tmp_path: Path) -> None:
+def test_a_scaffold_is_clean(like: str, tmp_path: Path) -> None:
+    make_plant(tmp_path / "boiler", like)
+    checked = check(str(tmp_path / "boiler"), DEEP)
+    assert checked.findings == () and len(checked.outlooks) >= 9
+
+
+@pytest.mark.wide
+@pytest.mark.parametrize("like", FAULT)
+def test_a_scaffold_learns_and_recovers_from_a_fault_by_search(like: str, tmp_path: Path) -> None:
+    """The page of the first plant does so with the first of them."""
     folder = tmp_path / "boiler"
     make_plant(folder, like)
-    checked = check(str(folder), DEEP)
-    assert checked.findings == () and len(checked.outlooks) >= 9
     (folder / BASELINES).write_bytes(learned(load_plant(str(folder), learned=False)))
     plant = load_plant(str(folder))
     done = run(plant, scenario_of(plant, [Fault(FAULT[like])], seed=1), clock=DeclaredClock(1.0)).result(Path())
@@ -67,6 +74,7 @@ def test_a_scaffold_is_clean_learns_and_recovers_from_a_fault_by_search(like: st
     assert sum(each.total_s for each in done.limit_exposure_s) == 0.0
 
 
+@pytest.mark.wide
 def test_a_plant_is_made_learned_and_run_as_the_command_says(tmp_path: Path) -> None:
     assert homeostat("plant", "new", "boiler", cwd=tmp_path).status == 0
     assert homeostat("plant", "learn", "boiler", cwd=tmp_path).status == 0

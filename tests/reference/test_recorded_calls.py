@@ -17,6 +17,7 @@ from benchmarks.published_reactor import TAGS, Course, PublishedReactor
 from benchmarks.published_rules import Judgement, Replayed, judge, replay
 from benchmarks.recorded_calls import FILE, Reason, Setpoints, by_run, read_calls, repeats
 
+pytestmark = pytest.mark.wide
 CALLS_OF = {"cstr_20260803_182646": 90, "cstr_20260803_201135": 95}
 RECORDED = pytest.mark.reference(
     "the recorded answers of others' models (test_published_figures has some figures)", FILE

@@ -50,17 +50,18 @@ HARMFUL = ("upper_edge", "nan", "dropped")
 HARMFUL_ALIKE = ("contradictory", "huge", "extreme", "echo", "refusal", "unicode_tricks")
 
 
-def test_random_weights_release_nothing_unsafe(knows_nothing: str) -> None:
+@pytest.mark.parametrize("runs", [RUNS[:2], pytest.param(RUNS, marks=pytest.mark.wide)], ids=len)
+def test_random_weights_release_nothing_unsafe(knows_nothing: str, runs: tuple[tuple[str, int], ...]) -> None:
     """A few of the 200 runs that the results page has; it is asked where the search leaves something to win."""
     tried, asked = 0, 0
-    for fault, seed in RUNS:
+    for fault, seed in runs:
         row, trace = run_with(asked_at(knows_nothing, "random"), fault, seed, onset_s=ONSET_S, end_s=1100.0)
         assert row.unsafe == "" and row.first != "none", row
         calls = trace.of(ModelCalled)
         assert {c.served for c in calls} <= {"random-weights"} and not any(c.failure for c in calls)
         asked += bool(calls)
         tried += sum(a.proposer == "language" and a.members > 0 for a in trace.of(Attempted))
-    assert asked >= 3 and tried > 0, "its nonsense was admissible, and was tried on the twin"
+    assert asked >= len(runs) // 2 and tried > 0, "its nonsense was admissible, and was tried on the twin"
 
 
 @pytest.mark.parametrize("name", [*HARMFUL, *(pytest.param(name, marks=pytest.mark.wide) for name in HARMFUL_ALIKE)])
@@ -72,14 +73,16 @@ def test_a_server_that_means_harm_releases_nothing_unsafe(means_harm: str, name:
     assert row.first == "search" or (name == "upper_edge" and row.first == "language")
 
 
-def test_a_key_that_a_server_repeats_is_in_no_event(means_harm: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("name", ["key_echo", pytest.param("unauthorised", marks=pytest.mark.wide)])
+def test_a_key_that_a_server_repeats_is_in_no_event(
+    means_harm: str, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv(SERVER_KEY, KEY)
-    for name in ("key_echo", "unauthorised"):
-        row, trace = run_with(asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1050.0)
-        assert row.calls > 0 and row.first == "search"
-        told = [canonical(encode(entry.event)) for entry in trace.entries]
-        assert not any(KEY[:12] in line for line in told)
-        assert any("[key]" in line for line in told), "it was there, and was struck out"
+    row, trace = run_with(asked_at(means_harm, name), "cool_stuck_closed", 1, onset_s=ONSET_S, end_s=1050.0)
+    assert row.calls > 0 and row.first == "search"
+    told = [canonical(encode(entry.event)) for entry in trace.entries]
+    assert not any(KEY[:12] in line for line in told)
+    assert any("[key]" in line for line in told), "it was there, and was struck out"
 
 
 @pytest.mark.parametrize("name", ["slow_drip", pytest.param("hang", marks=pytest.mark.wide)])
@@ -91,7 +94,7 @@ def test_a_server_that_takes_its_time_costs_no_more_than_it_may(means_harm: str,
     assert row.first == "search" and row.unsafe == "" and row.failures.get("TIMEOUT", 0) >= 1
 
 
-@pytest.mark.parametrize("name", ["hang", "slow_drip"])
+@pytest.mark.parametrize("name", [pytest.param("hang", marks=pytest.mark.wide), "slow_drip"])
 def test_the_fallback_acts_when_the_time_is_used_up(means_harm: str, name: str) -> None:
     """The search is not there, so nobody else acts. How late it is on a quiet machine is in the results.
 

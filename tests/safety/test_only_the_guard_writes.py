@@ -81,7 +81,7 @@ def test_nobody_who_takes_part_in_a_recovery_knows_a_simulated_plant() -> None:
     [
         ("mixing_module", "none", None, 420.0),
         ("mixing_module", "pump_failure", 100.0, 420.0),
-        ("cstr", "pump_degrade", 1450.0, 1700.0),
+        pytest.param("cstr", "pump_degrade", 1450.0, 1700.0, marks=pytest.mark.wide),
     ],
 )
 def test_what_arrives_on_the_wire_is_what_the_journal_intends_one_for_one(

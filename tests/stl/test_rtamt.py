@@ -58,7 +58,7 @@ def rtamt_margins(text: str, signals: dict[str, list[float]]) -> list[float]:
     return [value for _, value in specification.evaluate({"time": list(range(length)), **signals})]
 
 
-@pytest.mark.parametrize("seed", range(BATCHES))
+@pytest.mark.parametrize("seed", [0, 1, 2, *(pytest.param(seed, marks=pytest.mark.wide) for seed in range(3, BATCHES))])
 def test_margins_agree_with_rtamt(seed: int) -> None:
     draw = Draw(np.random.default_rng([7, seed]), arithmetic=("+", "-", "*", "abs", "negate"), constants=False)
     compared = 0

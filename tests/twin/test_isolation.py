@@ -57,7 +57,10 @@ OTHER_SIZES = [
 ]
 
 
-@pytest.mark.parametrize(("name", "severity"), OTHER_SIZES)
+@pytest.mark.parametrize(
+    ("name", "severity"),
+    [*OTHER_SIZES[::3], *(pytest.param(*each, marks=pytest.mark.wide) for k, each in enumerate(OTHER_SIZES) if k % 3)],
+)
 def test_other_sizes_are_found_as_well(name: str, severity: float) -> None:
     found = explained(name, 5, 15.0, severity)
     alike = (name, CONFUSED.get(name, name))

@@ -10,6 +10,7 @@ from homeostat.evaluate.lint.finding import Finding
 from homeostat.plants.files.folder import INSTALLED
 
 
+@pytest.mark.wide
 @pytest.mark.slow
 def test_every_fault_of_the_reactor_has_an_answer_or_a_reason() -> None:
     bench = Bench(INSTALLED / "cstr")

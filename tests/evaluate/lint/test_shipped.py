@@ -11,14 +11,14 @@ from homeostat.plants.files.folder import INSTALLED
 from tests.cli.command import homeostat
 
 
-@pytest.mark.parametrize("name", ["cstr", "mixing_module"])
+@pytest.mark.parametrize("name", ["cstr", pytest.param("mixing_module", marks=pytest.mark.wide)])
 def test_a_plant_that_ships_is_clean_as_it_is_loaded(name: str, tmp_path: Path) -> None:
     done = homeostat("plant", "check", name, cwd=tmp_path)
     assert (done.status, done.out) == (0, f"{name}: clean\n")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["cstr", "mixing_module"])
+@pytest.mark.parametrize("name", ["cstr", pytest.param("mixing_module", marks=pytest.mark.wide)])
 def test_a_plant_that_ships_is_clean_and_says_what_comes_of_every_fault(name: str, tmp_path: Path) -> None:
     before = {path: path.read_bytes() for path in (INSTALLED / name).rglob("*.csv")}
     done = homeostat("plant", "check", "--deep", "--json", name, cwd=tmp_path)

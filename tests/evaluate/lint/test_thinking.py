@@ -105,6 +105,7 @@ def test_the_first_look_that_sees_it_is_the_first(noticed: float, after: float, 
     assert left >= min(after, horizon - review) - 1e-6  # what a review_s of at most horizon_s less the needs ensures
 
 
+@pytest.mark.wide
 @pytest.mark.slow
 def test_the_whole_check_finds_a_symptom_that_waits_too_long(site: Site) -> None:
     bench = site()

@@ -181,6 +181,7 @@ def test_several_workers_need_a_library() -> None:
     assert "several workers need 'distributed': pip install 'homeostat[campaign]', or use --workers 1" in told
 
 
+@pytest.mark.wide
 def test_a_scheduler_that_does_not_answer(silent: str) -> None:
     for address in ("nonsense", silent):
         told = refused("there", address)

@@ -63,7 +63,7 @@ def by_tag(columns: dict[str, np.ndarray[Any, Any]]) -> dict[str, np.ndarray[Any
 
 
 @pytest.mark.parametrize("which", ["pump", "cooling"])
-@pytest.mark.parametrize("who", [who for who in ARMS if who != "hindsight"])
+@pytest.mark.parametrize("who", [pytest.param("search", marks=pytest.mark.wide), *ARMS[1:-1]])
 def test_a_row_says_what_the_kept_run_holds(root: Path, who: str, which: str) -> None:
     if (who, which) in (("constant", "cooling"), ("search", "pump"), ("scripted:reasonable", "pump")):
         pytest.skip("seconds for nothing that another pair does not show")
@@ -254,7 +254,7 @@ def test_without_reprompting_there_is_one_attempt_each(root: Path) -> None:
         assert 1 <= len(mine) <= len(noticed)
 
 
-@pytest.mark.parametrize("how", ["ablation", "proposer"])
+@pytest.mark.parametrize("how", [pytest.param("ablation", marks=pytest.mark.wide), "proposer"])
 def test_who_is_told_believes_the_truth(root: Path, how: str) -> None:
     ablation, told = ("label-given", False) if how == "ablation" else ("none", True)
     row = ran(root, "scripted:reasonable", "cooling", ablation, told)[1]
@@ -264,7 +264,7 @@ def test_who_is_told_believes_the_truth(root: Path, how: str) -> None:
     assert hypothesis["probability"] == 1.0
 
 
-@pytest.mark.parametrize("ablation", ["none", "documents", "no-graph"])
+@pytest.mark.parametrize("ablation", ["none", "documents", pytest.param("no-graph", marks=pytest.mark.wide)])
 def test_nobody_is_shown_an_unknown_fault(root: Path, ablation: str) -> None:
     row = ran(root, "scripted:reasonable", "unknown", ablation)[1]
     name = "cool_stuck_closed"

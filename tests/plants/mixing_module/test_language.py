@@ -29,7 +29,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:open_binary is deprecated:Deprec
 MOST_CALLS, MOST_TOKENS = 2, 6000
 """What a run may need where nothing is refused."""
 SEVERITY = {"pump_degradation": 0.5}
-BATCHES = (("pump_failure", 114.0), ("pump_degradation", 50.0), ("sensor_stuck_B202", 40.0), ("pump_failure", 20.0))
+BATCHES = (("pump_failure", 114.0), ("pump_degradation", 50.0), ("sensor_stuck_B202", 40.0))
 
 
 @functools.cache
@@ -56,7 +56,7 @@ def tokens(question: Question) -> int:
     return sum(n for n in counted if n is not None)
 
 
-@pytest.mark.parametrize(("fault", "onset_s"), BATCHES)
+@pytest.mark.parametrize(("fault", "onset_s"), [*BATCHES, pytest.param("pump_failure", 20.0, marks=pytest.mark.wide)])
 def test_two_questions_and_a_few_thousand_tokens_are_enough(fault: str, onset_s: float) -> None:
     result, asked, _ = batch(fault, onset_s)
     assert (result.actor, result.state) == ("language", "complete")

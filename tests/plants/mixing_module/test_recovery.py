@@ -73,6 +73,7 @@ def test_what_waiting_cures_stays_on_the_main_line(fault: str, severity: float) 
     assert result.state == "complete" and not any(s.startswith("bypass") for s in states(trace))
 
 
+@pytest.mark.wide
 def test_what_neither_cures_is_held() -> None:
     result, trace = batch("clogging_common", 2, 20.0, 1.0)
     assert "held" in states(trace) and result.complete_s is None
@@ -88,16 +89,19 @@ def test_a_level_that_lies_is_not_waited_for(fault: str, severity: float) -> Non
     assert result.totals["delivered_L"] == pytest.approx(8.3, abs=0.5), "every tank was filled and emptied"
 
 
+@pytest.mark.wide
 def test_a_level_that_lies_at_the_end_of_the_batch_does_not_keep_it_open() -> None:
     result, _ = batch("sensor_stuck_B204", 9, 150.0, 1.0)
     assert result.state == "complete"
 
 
+@pytest.mark.wide
 def test_a_flow_meter_that_is_stuck_at_nothing_stops_no_batch() -> None:
     result, _ = batch("sensor_stuck_flow", 13, 60.0, 1.0)
     assert result.state == "complete"
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize(("fault", "seed", "onset_s", "severity"), [
     ("sensor_drift_B203", 7, 111.0, -0.0021),
     pytest.param("sensor_stuck_B201", 5, 133.0, 0.9, marks=pytest.mark.wide),

@@ -131,6 +131,7 @@ def test_a_wrong_line_is_refused_by_the_rollout_and_the_other_one_asked_for() ->
 EXTRA = {"filling_B201": {"VO201.cmd": 1.0, "VI204.cmd": 1.0}, "emptying_B204": {"P101.cmd": 1.0, "VI204.cmd": 1.0}}
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("target", ["emptying_B204", pytest.param("filling_B201", marks=pytest.mark.wide)])
 def test_an_actuator_too_many_is_refused_and_asked_for_again(target: str) -> None:
     wrong: list[str] = []
@@ -153,6 +154,7 @@ def test_an_actuator_too_many_is_refused_and_asked_for_again(target: str) -> Non
     assert following.agent == "action" and "CHK-RANGE" in following.prompt, "the path was not at fault"
 
 
+@pytest.mark.wide
 def test_a_model_that_never_says_anything_usable_costs_nothing_but_time() -> None:
     """What was approved for a step is approved as the begin of a whole route; the search takes every step instead."""
     result, asked, trace = stepwise("none", None, lambda question: "no")

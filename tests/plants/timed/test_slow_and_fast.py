@@ -64,6 +64,7 @@ def test_a_healthy_plant_is_left_alone(learned: Learned) -> None:
 def test_a_fault_is_found_by_name_and_recovered_from(learned: Learned, tmp_path: Path) -> None:
     tick_s, out = learned.plant.description.timing.tick_s, tmp_path / "run"
     given = ["run", str(learned.folder), "--fault", "H1_stuck_open", "--seed", "3", "--out", str(out)]
+    given += ["--end", f"{(ONSET + 600) * tick_s:g}"]
     told = homeostat(*given, "--thinking-declared", "1", cwd=tmp_path)
     assert told.status == 0, told.err
     assert "Recovered: the plant produces inside its limits." in told.out

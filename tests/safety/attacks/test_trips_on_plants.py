@@ -220,7 +220,7 @@ class HangingTrace:
         self.inner.subscribe(subscriber)
 
 
-@pytest.mark.parametrize("where", ["record", "sync"])
+@pytest.mark.parametrize("where", [pytest.param("record", marks=pytest.mark.wide), "sync"])
 def test_while_the_journal_hangs(plant: Plant, stop: threading.Event, where: str) -> None:
     assert acts_in_time(run(plant, ThinkingClock(SCALE), trace=HangingTrace(stop, where)))
 

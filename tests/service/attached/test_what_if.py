@@ -46,6 +46,11 @@ def test_what_was_noticed_then_is_noticed_again_and_the_same_is_advised(
     assert not any(isinstance(event, hs.events.ReleasedActions) for event in told)
     with pytest.raises(LinkError, match="cannot be written"):
         RecordedLink(RecordedSource(cstr, history, ALWAYS)).take()
+
+
+@pytest.mark.wide
+def test_the_command_says_it_too(done: hs.Run, cstr: Plant, tmp_path: Path) -> None:
+    kept(tmp_path / "live.history", {tag: v[0] for tag, v in done.measured.signals.items()}, done.measured.start_s)
     with Journal(tmp_path / "live") as journal:
         journal.record(first_event("cstr", (Setting("configuration", cstr.configuration),), "now", ()), 0.0)
     shown = homeostat("replay", "live", "--what-if", cwd=tmp_path)

@@ -53,7 +53,11 @@ def shares(found: tuple[Hypothesis, ...]) -> dict[str, float]:
 
 
 @pytest.mark.parametrize(
-    ("fault", "pipe"), [("stuck_closed_VI204", "clogging_common"), ("stuck_closed_VO201", "clogging_B201")]
+    ("fault", "pipe"),
+    [
+        pytest.param("stuck_closed_VI204", "clogging_common", marks=pytest.mark.wide),
+        ("stuck_closed_VO201", "clogging_B201"),
+    ],
 )
 def test_a_closed_valve_and_a_closed_pipe_stay_alike_once_the_onset_has_left_the_window(fault: str, pipe: str) -> None:
     """A replay that began with the valve open would see it close, and the pipe was always closed."""
