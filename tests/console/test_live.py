@@ -51,7 +51,7 @@ def test_of_very_many_readings_the_latest_are_kept(most: int, count: int) -> Non
 
 
 def test_a_run_is_shown_while_it_goes_on_and_after_it(tmp_path: Path) -> None:
-    arguments = ["run", "cstr", "--end", "300", "--console", "--pace", "120", "--out", "run"]
+    arguments = ["run", "cstr", "--end", "300", "--console", "--pace", "40", "--out", "run"]
     with (tmp_path / "said").open("w+") as said:
         process = subprocess.Popen(
             [*COMMAND, *arguments], cwd=tmp_path, env=environment(), stdout=subprocess.DEVNULL, stderr=said

@@ -94,7 +94,6 @@ def test_over_seeds_and_sizes_both_leaks_are_named_in_the_end(fault: str, severi
     assert looks(trace)[-1].name == fault and looks(trace)[-1].probability >= NAMED
 
 
-@pytest.mark.wide
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.wide)])
 def test_on_a_plant_that_is_not_its_model_the_bypass_tells_as_well(seed: int) -> None:
