@@ -11,7 +11,9 @@ import pytest
 
 from homeostat.console.opened import OpenedRun
 from homeostat.console.reports.reports import Busy, NotReported, Report, Reports
-from tests.cli.command import homeostat
+from homeostat.console.trial.trials import Trials
+from homeostat.domain.events.recovery import Attempted
+from tests.cli.command import SOURCE, homeostat
 from tests.console.served import Browser, Served
 
 
@@ -28,6 +30,7 @@ def test_a_report_is_what_the_command_makes(console: Served, recovered_run: Path
         ({"last": "9h", "at_s": 10}, {}, 400),
         ({"last": "8h; rm -rf /", "at_s": 10}, {}, 400),
         ({"last": "all", "at_s": -1}, {}, 400),
+        ({"last": "all", "at_s": 1e9}, {}, 400),
         (b'{"last": "all", "at_s": NaN}', {}, 400),
         ({"last": "all", "at_s": 10, "out": "/etc/passwd"}, {}, 400),
         ({"last": "all", "at_s": 10}, {"Origin": "http://elsewhere.example"}, 403),
@@ -37,6 +40,30 @@ def test_a_report_is_what_the_command_makes(console: Served, recovered_run: Path
 def test_nothing_else_makes_one(console: Served, content: Any, headers: dict[str, str], status: int) -> None:
     answer = Browser(console).send("/api/report", content, **headers)
     assert answer.status == status and "\n" not in answer.json["error"]
+
+
+def test_what_happened_at_the_moment_itself_is_in_it_and_at_the_beginning_there_is_one(recovered: OpenedRun) -> None:
+    last_s = recovered.entries[-1].at_s
+    whole, most, less = (Reports(recovered).make("all", at_s).page for at_s in (last_s, last_s - 1e-4, last_s - 1.0))
+    assert most == whole != less
+    assert Reports(recovered).make("8h", 0.0).page.startswith("<!DOCTYPE html>")
+
+
+@pytest.mark.parametrize("made", ["report", "trial"])
+def test_no_file_where_the_console_was_started_is_run(
+    recovered: OpenedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, made: str
+) -> None:
+    for name in ("homeostat", "os", "runpy", "resource", "pickle", "json"):
+        (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'owned')!r}, 'w').close()")
+    monkeypatch.setenv("PYTHONPATH", str(SOURCE))
+    monkeypatch.chdir(tmp_path)
+    if made == "report":
+        assert Reports(recovered).make("8h", 1000.0).page.startswith("<!DOCTYPE html>")
+    else:
+        at_s = next(e.at_s for e in recovered.entries if isinstance(e.event, Attempted))
+        trials = Trials(recovered)
+        assert trials.ask(at_s, trials.options(at_s)[0].state, {})
+    assert not (tmp_path / "owned").exists()
 
 
 def test_what_takes_too_long_or_too_much_is_ended_and_said_in_one_line(recovered: OpenedRun) -> None:

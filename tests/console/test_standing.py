@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -23,6 +24,7 @@ from homeostat.domain.events.recovery import (
     Diagnosed,
     FaultsEnded,
     GaveUp,
+    LaterStep,
     NoActionTaken,
     Noticed,
     ReleasedActions,
@@ -30,6 +32,7 @@ from homeostat.domain.events.recovery import (
     Waited,
 )
 from homeostat.domain.events.trips import FallbackActivated, Latched, LatchReset
+from homeostat.domain.events.writes import Cause, WriteIntended
 from homeostat.domain.verdict import Finding, Owner
 from homeostat.journal import Event, RunFinished
 from homeostat.journal.memory import Entry
@@ -54,6 +57,7 @@ def released(digest: str = "a") -> ReleasedActions:
 WAIT = Alternative(AlternativeKind.WAIT, "t > u", Cost((), 0.0), "", "recovery", "w", seconds=60.0)
 A, B, W = Compared("EUR", (), "a"), Compared("EUR", (), "b"), Compared("EUR", (WAIT,), "w")
 NOTHING = Compared("EUR", (), "")
+STEPS = replace(tried("a"), then=(LaterStep("fill", "L1 >= 2", "u", ()),))
 TA, TB, TW = tried("a"), tried("b"), tried("rest", what=AlternativeKind.WAIT)
 WAITED = Waited("recovery", 60.0, "t > u")
 OFFERED, ADVISED, ACCEPTED, CONFIRMED = (said(s) for s in ("offered", "advised", "accepted", "confirmed"))
@@ -62,6 +66,9 @@ EXPIRED = said("refused", check="CHK-EXPIRY", reason="the seal is void")
 LATE = said("withdrawn", check="CHK-WITHDRAWN", reason="nobody answered within 300 s")
 TRIPPED = said("withdrawn", check="CHK-OVERTAKEN", reason="a trip")
 BUSY = said("refused", check="CHK-RATE", reason="too fast")
+AGAIN_OFFERED = said("offered", request="r2")
+STARTED = WriteIntended(7, 1, Cause.PERSON, "Ada", (), "", "t")
+SENT = WriteIntended(7, 1, Cause.REQUEST, "ra", (), "a", "t")
 ACTED, LATCHED = FallbackActivated("isolate", (), "too hot"), Latched("too hot")
 RESET = LatchReset(("Ada",), "it is well", "s")
 AGAIN = GuardStarted("p", "c", "approve", "plant", True)
@@ -95,12 +102,26 @@ TABLE: list[tuple[str, tuple[Event, ...], tuple[str, Stands] | None, tuple[str, 
     ("offered, and the run ends", (TA, A, OFFERED, ENDED), None, ("a", S.VOID), "the run has ended"),
     ("offered twice, one of them late", (TA, A, OFFERED, said("offered", request="r2"), LATE),
      ("a", S.OFFERED), None, ""),
+    ("offered twice, one of them written", (TA, A, OFFERED, AGAIN_OFFERED, ACCEPTED), ("a", S.WRITTEN), None, ""),
+    ("the same, and not held", (TA, A, OFFERED, AGAIN_OFFERED, ACCEPTED, said("failed", reason="it moved")),
+     ("a", S.OFFERED), None, ""),
+    ("the same, and the other one is refused", (TA, A, OFFERED, AGAIN_OFFERED, ACCEPTED, said("refused", request="r2")),
+     ("a", S.WRITTEN), None, ""),
+    ("asked for again while it is written", (TA, A, ACCEPTED, LOOK, TA, A, said("refused", request="r2")),
+     ("a", S.WRITTEN), None, "being written"),
     ("approved", (TA, A, OFFERED, ACCEPTED), ("a", S.WRITTEN), None, "being written"),
     ("not held", (TA, A, ACCEPTED, said("failed", reason="it moved")), None, ("a", S.FAILED), "it moved"),
     ("released", (TA, A, ACCEPTED, CONFIRMED, released()), ("a", S.RELEASED), None, "the plant holds it"),
     ("released, in an older record", (TA, A, released()), ("a", S.RELEASED), None, ""),
     ("released, and the run ends", (TA, A, CONFIRMED, LOOK, LEFT, OVER, ENDED), ("a", S.RELEASED), None, ""),
     ("released, and the mode changes", (TA, A, CONFIRMED, ModeEntered("observe", "Ada")), ("a", S.RELEASED), None, ""),
+    ("released, and a person orders a start", (TA, A, SENT, CONFIRMED, STARTED), None,
+     ("a", S.OVERTAKEN), "Ada ordered a start"),
+    ("chosen, and a person orders a start", (TA, A, STARTED), None, ("a", S.OVERTAKEN), "Ada ordered a start"),
+    ("released, and nobody writes what follows", (STEPS, A, CONFIRMED, ModeEntered("advise", "Ada")), ("a", S.RELEASED),
+     None, "released, and what was still to follow is not written: the mode went to 'advise'"),
+    ("released, and a person decides on what follows", (STEPS, A, CONFIRMED, ModeEntered("approve", "Ada")),
+     ("a", S.RELEASED), None, "the plant holds it"),
     ("released, and another is tried", (TA, A, CONFIRMED, LOOK, TB), ("a", S.RELEASED), None, ""),
     ("released, and another is chosen", (TA, A, CONFIRMED, LOOK, TB, B), ("b", S.CHOSEN), None, ""),
     ("released, and another is refused", (TA, A, CONFIRMED, TB, B, said("refused", "b", reason="no")),
@@ -168,6 +189,7 @@ EVENTS = (
     TA, TB, TW, tried("a", False), A, B, W, NOTHING, WAITED, OFFERED, said("offered", "b"), ADVISED,
     ACCEPTED, CONFIRMED,
     said("confirmed", "b"), NO, EXPIRED, LATE, TRIPPED, BUSY, said("failed"), released(), released("b"), ACTED, LATCHED,
+    AGAIN_OFFERED, STARTED, SENT,
     RESET, AGAIN, LEFT, OVER, LOOK, Diagnosed((), ()), Concluded("x"), ModeEntered("approve", "Ada"), StateEntered("x"),
     ReleaseRefused("search", "a", (HOT,)), GaveUp("search", "x"), ENDED,
 )  # fmt: skip

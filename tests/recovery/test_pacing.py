@@ -11,7 +11,7 @@ import pytest
 from homeostat.links.clock import DeclaredClock
 from homeostat.recovery.exchange.exchange import Exchange
 from homeostat.recovery.exchange.loop import Loop
-from homeostat.recovery.exchange.pacing import FASTEST, SLOWEST, Pace, Pacing
+from homeostat.recovery.exchange.pacing import AWAITED_S, FASTEST, SLOWEST, Pace, Pacing
 from homeostat.recovery.exchange.worker import Worker
 from tests.recovery.guarded import Scripted, Seconds
 
@@ -124,3 +124,17 @@ def test_a_run_that_loses_recovery_can_be_paused_all_the_same() -> None:
     until(lambda: going.pacing.now == Pace(FASTEST, True, True))
     going.pacing.end()
     going.may_end.set()
+
+
+def test_who_waits_for_an_answer_has_it_however_slow_the_run_and_also_where_it_is_paused_meanwhile() -> None:
+    going = Going(Pacing(SLOWEST), 1e6)
+    going.may_end.set()
+    until(lambda: going.ticks == 1)
+    begun = time.monotonic()
+    with going.pacing.answering():
+        going.pacing.pause()
+        until(lambda: going.ticks >= 3)
+        assert time.monotonic() - begun < 3.0 * AWAITED_S, "at 0.1 two ticks take 20 s"
+        assert going.ticks == 3, "it does not race ahead meanwhile"
+    until(lambda: going.pacing.now == Pace(SLOWEST, True, True))
+    going.pacing.end()

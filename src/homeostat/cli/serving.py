@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from homeostat.cli.arguments import UsageError
-from homeostat.cli.giving import given
+from homeostat.cli.giving import ANSWER_S, given
 from homeostat.console.people.accounts import Accounts, AccountsError
 from homeostat.console.people.codes import CodesError
 from homeostat.console.people.orders import Came, Give, NotGiven
@@ -35,7 +35,7 @@ def known(people: Path | None) -> People | None:
 
 def serving(people: People | None, run_dir: Path, ordered: bool, hosts: tuple[str, ...] = HOSTS) -> Serving:
     """``people`` may look at the run in ``run_dir``, and order where it can be ``ordered``; without any, all look."""
-    return Serving(people, _giver(run_dir) if ordered and people else None, hosts, hosts != HOSTS)
+    return Serving(people, giver(run_dir) if ordered and people else None, hosts, hosts != HOSTS)
 
 
 def signed_on(options: argparse.Namespace, hosts: tuple[str, ...]) -> SignOn | None:
@@ -127,10 +127,12 @@ def _names(certificate: Path) -> tuple[str, ...]:
     return (*named.get_values_for_type(x509.DNSName), *(f"[{a}]" if ":" in a else a for a in addresses))
 
 
-def _giver(run_dir: Path) -> Give:
+def giver(run_dir: Path, within_s: float = ANSWER_S) -> Give:
+    """Takes orders to the run in ``run_dir``, which has ``within_s`` for its answer [s]."""
+
     def give(command: PersonCommand) -> Came:
         try:
-            heard = given(run_dir, command)
+            heard = given(run_dir, command, within_s)
         except (OrderError, UsageError, OSError) as error:
             raise NotGiven(str(error)) from error
         return Came(heard.done, heard.reason, heard.counts)

@@ -86,6 +86,6 @@ def _seconds(option: str, text: str | None) -> float:
     if text is None:
         return math.inf
     found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,3})?)(s|min|h|d)", text)
-    if found is None or float(found[1]) == 0.0:
+    if found is None or (option == "--last" and float(found[1]) == 0.0):
         raise UsageError(f"{option} {text!r} is no length of time; say 7d, 8h, 30min or 90s")
     return float(found[1]) * _UNITS_S[found[2]]

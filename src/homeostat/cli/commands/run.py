@@ -33,7 +33,6 @@ from homeostat.record.directory import RunDirectory
 from homeostat.record.playbook import PlaybookError, add_to_playbook
 from homeostat.record.story.story import Story
 from homeostat.record.story.summary import summary
-from homeostat.recovery.exchange.pacing import Pacing
 
 if TYPE_CHECKING:
     from homeostat.cli.live import LivePage
@@ -70,7 +69,7 @@ def carry_out(options: argparse.Namespace) -> int:
     with _history(options.history, plant) as history:
         directory = _directory(options, plant, chosen)
         operated = operation.chosen(options, directory.path)
-        page = None if live is None else live(plant, directory.path, operated.pacing)
+        page = None if live is None else live(plant, directory.path, operated)
         if history is not None:
             operated = replace(operated, onlooker=history.see)
         budget, book = operation.budget(options), playbook and playbook.book
@@ -159,7 +158,7 @@ class Going(NamedTuple):
     page: "LivePage | None" = None
 
 
-def _live_page(people: Path | None) -> "Callable[[Plant, Path, Pacing | None], LivePage]":
+def _live_page(people: Path | None) -> "Callable[[Plant, Path, Operation], LivePage]":
     """Shows a run while it goes on; UsageError where the extra is not installed, or ``people`` cannot be used."""
     try:
         from homeostat.cli.live import LivePage
@@ -167,7 +166,7 @@ def _live_page(people: Path | None) -> "Callable[[Plant, Path, Pacing | None], L
     except ImportError as error:
         raise UsageError(f"--console needs {error.name!r}: pip install 'homeostat[console]'") from error
     there = known(people)
-    return lambda plant, run_dir, pacing: LivePage(plant, run_dir, there, pacing)
+    return lambda plant, run_dir, operation: LivePage(plant, run_dir, there, operation)
 
 
 def carry(going: Going, as_json: bool) -> int:

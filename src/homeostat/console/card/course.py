@@ -23,6 +23,8 @@ from homeostat.domain.events.recovery import (
     Waited,
 )
 from homeostat.domain.events.trips import FallbackActivated, Latched, LatchReset
+from homeostat.domain.events.writes import Cause, WriteIntended
+from homeostat.domain.mode import Mode
 from homeostat.domain.request import RequestStatus
 from homeostat.journal import RunFinished
 from homeostat.journal.memory import Entry
@@ -30,6 +32,7 @@ from homeostat.journal.memory import Entry
 _THOUGHT: Final = (Stands.TRIED, Stands.CHOSEN)
 _UNSENT: Final = (*_THOUGHT, Stands.ADVISED, Stands.WAITED)
 _PENDING: Final = (*_UNSENT, Stands.OFFERED, Stands.WRITTEN)
+_NOBODY_WRITES: Final = tuple(mode.value for mode in Mode if not mode.writes)
 _VOID_CHECKS: Final = ("CHK-EXPIRY", "CHK-AGE", "CHK-STATE", "CHK-WITHDRAWN", "CHK-CONFIGURATION", "CHK-READING")
 """Checks of the guard that say that time or the plant has passed a request by, and nothing against what it asks for."""
 _ON_THE_WAY: Final = (RequestStatus.RECEIVED, RequestStatus.AUTHORISED, RequestStatus.VERIFIED)
@@ -54,8 +57,8 @@ class _Course:
     """What was released last, while nothing has overtaken it."""
     judged: dict[str, Entry] = field(default_factory=dict)
     """Digest -> the last attempt that passed its checks; of waits by their length."""
-    open: dict[str, str] = field(default_factory=dict)
-    """Request that waits for a person -> its digest."""
+    open: dict[str, tuple[str, Stands]] = field(default_factory=dict)
+    """Request that waits for a person, or is being written -> its digest, and which of both."""
     until_s: float = 0.0
     """When a wait is over [s]."""
     latched: bool = False
@@ -108,6 +111,10 @@ class _Course:
                 self._fall(ended, Stands.VOID, f"recovery thinks no more about it, because {reason}", entry)
             case ModeEntered(mode=mode):
                 self._fall((*_THOUGHT, Stands.ADVISED), Stands.VOID, f"the mode is {mode!r} now", entry)
+                self._stop(mode)
+            case WriteIntended(cause=Cause.PERSON, source=person):
+                self._fall(_UNSENT, Stands.OVERTAKEN, f"{person} ordered a start", entry)
+                self._replace(f"{person} ordered a start", entry)
             case StateEntered(state=state):
                 for digest, one in list(self.known.items()):
                     begins = one.judged.event.path[:1] if one.judged and isinstance(one.judged.event, Attempted) else ()
@@ -155,27 +162,32 @@ class _Course:
 
     def _answered(self, answered: RequestAnswered, entry: Entry) -> None:
         digest, status, said = answered.digest, RequestStatus(answered.status), answered.reason
-        if status is not RequestStatus.OFFERED:
-            self.open.pop(answered.request, None)
+        self.open.pop(answered.request, None)
+        # It may have been asked for twice: then it stands as what is still open of it.
+        other = next((stands for known, stands in reversed(self.open.values()) if known == digest), None)
         before = self.known.get(digest)
         match status:
             case RequestStatus.OFFERED:
-                self.open[answered.request] = digest
-                self._stand(digest, Stands.OFFERED, entry)
+                self._open(answered.request, digest, Stands.OFFERED, entry)
             case RequestStatus.ADVISED:
                 self._stand(digest, Stands.ADVISED, entry)
             case RequestStatus.ACCEPTED:
-                self._stand(digest, Stands.WRITTEN, entry)
+                self._open(answered.request, digest, Stands.WRITTEN, entry)
             case RequestStatus.CONFIRMED:
                 self._released(digest, entry, "and the plant holds it")
+                if other is not None:
+                    self._stand(digest, other, entry)
             case _ if status in _ON_THE_WAY:
                 if before is None or before.stands not in (Stands.OFFERED, Stands.WRITTEN):
                     self._stand(digest, Stands.CHOSEN, entry)
-            case _ if digest in self.open.values():
-                pass  # it was asked for twice, and a person may still say yes to it
             case RequestStatus.FAILED:
                 self._replace("something else was written, and the plant does not hold it", entry)
                 self._end(digest, Stands.FAILED, said, entry)
+                if other is not None:
+                    self._stand(digest, other, entry)
+            case _ if other is not None:
+                if before is None or before.stands is not other:
+                    self._stand(digest, other, entry)
             case _ if answered.check == "CHK-OVERTAKEN":
                 self._end(digest, Stands.OVERTAKEN, said, entry)
             case _ if status is RequestStatus.WITHDRAWN or answered.check in _VOID_CHECKS:
@@ -185,6 +197,11 @@ class _Course:
                 who = "" if answered.check == "CHK-PERSON" else "the guard: "
                 self._end(digest, Stands.REFUSED, f"{who}{said}", entry)
 
+    def _open(self, request: str, digest: str, stands: Stands, entry: Entry) -> None:
+        """A request waits for a person, or is being written."""
+        self.open[request] = digest, stands
+        self._stand(digest, stands, entry)
+
     def _released(self, digest: str, entry: Entry, because: str = "") -> None:
         """It is in force; what was before it, or stood beside it, is overtaken."""
         if self.force is not None and self.force.digest == digest and digest not in self.known:
@@ -193,6 +210,13 @@ class _Course:
         self._replace("something else was released", entry)
         self.known.pop(digest, None)
         self.force = replace(self._made(digest, Stands.RELEASED, entry, because), released_s=entry.at_s)
+
+    def _stop(self, mode: str) -> None:
+        """Where nobody writes in ``mode``, nothing more follows what was released, in no later mode either."""
+        tried = None if self.force is None or self.force.judged is None else self.force.judged.event
+        if self.force is not None and isinstance(tried, Attempted) and tried.then and mode in _NOBODY_WRITES:
+            text = f"and what was still to follow is not written: the mode went to {mode!r}"
+            self.force = replace(self.force, because=text)
 
     def _replace(self, because: str, entry: Entry) -> None:
         """What was released is not in force any more."""

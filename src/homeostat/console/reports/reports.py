@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import subprocess
 import sys
 import tempfile
@@ -64,8 +65,10 @@ class Reports:
 
     def _made(self, last: Last, until_s: float, out: Path) -> Report:
         (longest_s, most_bytes), run = self._bounds, self._run
-        bounded = [sys.executable, "-m", "homeostat.console.reports", str(most_bytes), str(longest_s)]
-        asked = ["report", str(run.run_dir), "--until", f"{until_s:.3f}s", "--out", str(out)]
+        # -P: what lies in the folder that the console was started in is no code of anybody's
+        bounded = [sys.executable, "-P", "-m", "homeostat.console.reports", str(most_bytes), str(longest_s)]
+        until = f"{math.ceil(until_s * 1000.0) / 1000.0:.3f}s"  # what happened at that moment is in it
+        asked = ["report", str(run.run_dir.absolute()), "--until", until, "--out", str(out)]
         asked += [] if last == "all" else ["--last", last]
         asked += [] if run.plant.folder is None else ["--case", run.plant.folder]
         try:

@@ -32,7 +32,7 @@ class _Asked(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     last: Last
-    at_s: float = Field(ge=0.0, le=1e9, allow_inf_nan=False)
+    at_s: float = Field(ge=0.0, le=999_999_999.0, allow_inf_nan=False)
 
 
 @final

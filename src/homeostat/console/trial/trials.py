@@ -99,7 +99,8 @@ class Trials:
             self._asking.release()
 
     def _answer(self, question: Question) -> str:
-        command = [sys.executable, "-m", "homeostat.console.trial"]
+        # -P: what lies in the folder that the console was started in is no code of anybody's
+        command = [sys.executable, "-P", "-m", "homeostat.console.trial"]
         try:
             done = subprocess.run(
                 command, input=pickle.dumps(question), capture_output=True, timeout=self._longest_s, check=False

@@ -3,6 +3,8 @@
 import math
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -10,6 +12,9 @@ SLOWEST: Final = 0.1
 """Least speed, in process seconds per second [1]."""
 FASTEST: Final = 1000.0
 """Greatest speed [1]."""
+AWAITED_S: Final = 2.0
+"""Longest wait between two ticks while a person waits for the guard's answer, wall-clock [s]. The guard hears an order
+at the second tick after it was given, and a tick may be a minute of process time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +38,7 @@ class Pacing:
         self._changed = threading.Condition()
         self._speed, self._due_s = _checked(speed), time.monotonic()
         self._paused = self._stands = self._over = False
+        self._awaited = 0
 
     @property
     def now(self) -> Pace | None:
@@ -61,6 +67,19 @@ class Pacing:
             self._speed = speed
             self._changed.notify_all()
 
+    @contextmanager
+    def answering(self) -> Iterator[None]:
+        """Meanwhile somebody waits for the guard's answer: ticks are never far apart, and the run stands afterwards."""
+        with self._changed:
+            self._awaited += 1
+            self._changed.notify_all()
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._awaited -= 1
+                self._changed.notify_all()
+
     def wait(self, tick_s: float, at_rest: bool) -> None:
         """Return when the tick after one of ``tick_s`` [s] is due.
 
@@ -71,9 +90,10 @@ class Pacing:
             self._due_s = max(self._due_s + tick_s / self._speed, time.monotonic())
             if not at_rest:
                 return
-            while not self._over and (self._paused or self._due_s > time.monotonic()):
-                self._stands = self._paused
-                self._changed.wait(None if self._paused else max(self._due_s - time.monotonic(), 0.0))
+            begun_s = time.monotonic()
+            while not self._over and (left_s := self._left_s(begun_s)) > 0.0:
+                self._stands = left_s == math.inf
+                self._changed.wait(None if self._stands else left_s)
             self._stands = False
 
     def end(self) -> None:
@@ -81,6 +101,11 @@ class Pacing:
         with self._changed:
             self._over, self._paused, self._stands = True, False, False
             self._changed.notify_all()
+
+    def _left_s(self, begun_s: float) -> float:
+        """How long the tick is still to be waited for that was waited for from ``begun_s`` on [s]."""
+        due_s = math.inf if self._paused else self._due_s
+        return (min(due_s, begun_s + AWAITED_S) if self._awaited else due_s) - time.monotonic()
 
 
 def _checked(speed: float) -> float:

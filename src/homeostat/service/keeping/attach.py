@@ -102,4 +102,5 @@ def _keep(attaching: Attaching, pulse: int) -> int:
 
 
 def _become(module: str, *arguments: str) -> int:
-    os.execv(sys.executable, [sys.executable, "-m", module, *arguments])
+    # -P: what lies in the folder that the service was started in is no code of anybody's
+    os.execv(sys.executable, [sys.executable, "-P", "-m", module, *arguments])
