@@ -160,6 +160,15 @@ def test_who_only_looks_changes_no_pace_and_no_order_is_lost_in_a_pause(tmp_path
         assert ended == ["interrupted"]
 
 
+def test_a_run_that_is_over_has_no_pace_any_more(tmp_path: Path) -> None:
+    with live(tmp_path / "l", "--end", "60", "--pace", "1000") as server:
+        until(lambda: server.pace() is None)
+        answer = server.change(paused=True)
+        assert answer.status == 409 and answer.json["error"] == "the run is over, and has no pace any more"
+        until(lambda: "stays until Ctrl-C" in server.told)
+        assert server.interrupt() == 0
+
+
 def test_a_real_plant_and_a_recorded_run_have_no_pace(tmp_path: Path, console: Served) -> None:
     from tests.console.served import served
 

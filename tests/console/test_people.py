@@ -18,6 +18,7 @@ from homeostat.console.people.passwords import hashed, is_right
 from homeostat.console.people.people import People, Unproven
 from homeostat.console.people.sessions import IDLE_S, LONGEST_S, MOST, Sessions
 from homeostat.console.people.tries import FREE, Tries
+from homeostat.console.people.tries import MOST as NAMES
 from tests.cli.command import COMMAND, environment, homeostat, refused
 from tests.console.served import PASSWORD, accounts
 
@@ -276,6 +277,26 @@ def test_places_of_one_person_take_no_room_from_another() -> None:
         fail(guesses, "bo", f"198.51.100.{k}", FREE)
     assert guesses.wait_s(Guess("Bo", "203.0.113.1")) > 0.0 == guesses.wait_s(Guess("Bo", "192.0.2.1"))
     assert max(map(len, vars(guesses)["_homes"].values())) == HOMES
+
+
+def test_made_up_names_do_not_drive_the_failures_of_an_account_out_of_memory() -> None:
+    guesses, places = Guesses(Clock()), (f"2001:db8:0:{k:x}::1" for k in range(1000))
+    assert sum(guesses.take(Guess("Ada", place, known=True)) is not None for place in places) == AT_ONCE
+    before_s = guesses.wait_s(Guess("Ada", "192.0.2.1", known=True))
+    for number in range(NAMES + 1):
+        assert guesses.take(Guess(f"nobody {number}", f"2001:db8:1:{number:x}::1"))
+    assert guesses.wait_s(Guess("Ada", "192.0.2.1", known=True)) == before_s == SPACED_S
+    assert len(vars(guesses)["_made_up"]) == NAMES
+
+
+def test_of_whom_there_is_an_account_the_guesses_are_told(tmp_path: Path) -> None:
+    guesses = Guesses(Clock())
+    people = People(Accounts(accounts(tmp_path / "people.json", Ada="viewer")), guesses=guesses, log=lambda text: None)
+    for name in ("ADA", "Nobody"):
+        with pytest.raises(Unproven):
+            people.sign_in(name, "wrong", "192.0.2.1")
+    kept = vars(guesses)
+    assert [*kept["_hours"]] == [("ada", False)] and [*kept["_made_up"]] == [("nobody", False)]
 
 
 def test_who_guesses_without_a_session_keeps_nobody_from_the_plant(tmp_path: Path) -> None:

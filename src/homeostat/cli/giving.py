@@ -27,5 +27,6 @@ def given(run_dir: Path, command: PersonCommand, within_s: float = ANSWER_S) -> 
     if heard is None:
         left = take_back(run_dir, name)
         what = "the order was taken back" if left else "but has taken the order; look at what it does"
-        raise UsageError(f"run {str(run_dir)!r} does not answer, {what}; it is over, or does not go on")
+        why = "it is over, is paused or does not go on, or its ticks are that far apart"
+        raise UsageError(f"run {str(run_dir)!r} did not answer within {within_s:g} s, {what}; {why}")
     return heard

@@ -41,6 +41,8 @@ class Guess:
     """Where from."""
     signed_in: bool = False
     """Whether that person has signed in there: whoever has not cannot use these tries up."""
+    known: bool = False
+    """Whether there is such an account: names that are made up do not drive its failures out of memory."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,6 +66,7 @@ class Guesses:
         self._clock, self._alone = clock, threading.RLock()
         self._orders, self._places = Tries(clock, SIGNED_IN_S, _HOUR_S), Tries(clock, PLACE_S, _HOUR_S)
         self._hours: dict[tuple[str, bool], deque[Taken]] = {}
+        self._made_up: dict[tuple[str, bool], deque[Taken]] = {}
         self._homes: dict[str, dict[str, None]] = {}
 
     def wait_s(self, guess: Guess) -> float:
@@ -71,12 +74,12 @@ class Guesses:
         with self._alone:
             if guess.signed_in:
                 return self._orders.wait_s(folded(guess.name))
-            return max(0.0, self._hour_s(self._source(guess)), self._places.wait_s(*_keys(guess)))
+            return max(0.0, self._hour_s(guess), self._places.wait_s(*_keys(guess)))
 
-    def _hour_s(self, source: tuple[str, bool]) -> float:
+    def _hour_s(self, guess: Guess) -> float:
         """How long the failures of the last hour under one name keep it waiting [s]."""
         now = self._clock()
-        late = [one.at for one in self._hours.get(source, ()) if now - one.at < _HOUR_S]
+        late = [one.at for one in self._late(guess).get(self._source(guess), ()) if now - one.at < _HOUR_S]
         if len(late) < AT_ONCE:
             return 0.0
         full_s = late[0] + _HOUR_S - now if len(late) >= HOURLY else 0.0
@@ -95,10 +98,10 @@ class Guesses:
                 self._orders.failed(folded(guess.name), by=place(guess.address))
                 return taken
             self._places.failed(*_keys(guess), by=folded(guess.name))
-            before = self._hours.pop(taken.source, ())
-            self._hours[taken.source] = deque([*before, taken], maxlen=HOURLY)
-            while len(self._hours) > MOST:
-                self._hours.pop(next(iter(self._hours)))
+            late = self._late(guess)
+            late[taken.source] = deque([*late.pop(taken.source, ()), taken], maxlen=HOURLY)
+            while len(self._made_up) > MOST:
+                self._made_up.pop(next(iter(self._made_up)))
             return taken
 
     def succeeded(self, taken: Taken) -> None:
@@ -109,7 +112,7 @@ class Guesses:
                 self._orders.succeeded(name, by=where)
                 return
             self._places.succeeded(*_keys(taken.guess), by=name)
-            if (recent := self._hours.get(taken.source)) is not None and taken in recent:
+            if (recent := self._late(taken.guess).get(taken.source)) is not None and taken in recent:
                 recent.remove(taken)
             homes = self._homes.pop(name, {})
             homes.pop(where, None)
@@ -119,6 +122,10 @@ class Guesses:
             self._homes[name] = homes
             while len(self._homes) > MOST:
                 self._homes.pop(next(iter(self._homes)))
+
+    def _late(self, guess: Guess) -> dict[tuple[str, bool], deque[Taken]]:
+        """Failures of the last hour of names as that of ``guess``: of accounts, which are few, or made up."""
+        return self._hours if guess.known else self._made_up
 
     def _source(self, guess: Guess) -> tuple[str, bool]:
         """The name, and whether the guess comes from where its person has signed in before."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Final, final
 
 from homeostat.console.people.accounts import Account, Accounts, AccountsError, Known, Person, folded
@@ -120,6 +121,7 @@ class People:
             self.log(f"nobody is let in: {error}")
             raise Unproven("the accounts cannot be read; see where the console was started") from error
         account = known.people.get(folded(guess.name))
+        guess = replace(guess, known=account is not None)
         needed = account is not None and account.totp is not None and code is not None
         wait_s = self._codes.wait_s(account) if needed and account else 0.0
         taken = None if wait_s > 0.0 else self._guesses.take(guess)

@@ -21,8 +21,7 @@ _ELSEWHERE: Final = (
     "only a simulated run that goes on with this page has a pace ('homeostat run CASE --console'); in mode approve a "
     "person decides in real time"
 )
-
-
+_OVER: Final = "the run is over, and has no pace any more"
 _PAUSED: Final = "the run is paused at its page; it goes on from there, and Ctrl-C ends it"
 _LOG: Final = logging.getLogger("homeostat.console")
 
@@ -57,7 +56,8 @@ class Paces:
         asked, pacing = await body(request, _Asked), self._run.pacing
         pace = None if pacing is None else pacing.now
         if pacing is None or pace is None:
-            return json_answer({"error": _ATTACHED if self._run.attached else _ELSEWHERE}, 409)
+            none = _ELSEWHERE if pacing is None else _OVER
+            return json_answer({"error": _ATTACHED if self._run.attached else none}, 409)
         if asked.speed is not None:
             pacing.choose(asked.speed)
         if asked.paused is not None and asked.paused != pace.paused:
