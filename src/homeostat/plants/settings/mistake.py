@@ -81,7 +81,7 @@ def _like(error: ErrorDetails) -> str:
     place, value = error["loc"], error["input"]
     for key in reversed(place[-2:]):
         if key in _LIKE:
-            return _LIKE[str(key)].replace("{name}", "T1" if key == place[-1] else _plain(str(place[-1])))
+            return _LIKE[str(key)].replace("{name}", "TAG" if key == place[-1] else _plain(str(place[-1])))
     name = str(place[-1])
     match error["type"], value:
         case "list_type", str():
