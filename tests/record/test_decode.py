@@ -13,7 +13,7 @@ from homeostat.domain.cost import Cost, CostItem
 from homeostat.domain.events.recovery import Attempted, Compared
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import Command
-from homeostat.domain.verdict import Finding
+from homeostat.domain.verdict import Finding, Violating
 from homeostat.journal import Event, Journal, Record, Summary, read_events
 from homeostat.record.decode import DecodeError, decode
 
@@ -39,9 +39,19 @@ def recorded(folder: Path, event: Event) -> Record:
     return next(record for record in read_events(folder) if record.kind == event.kind)
 
 
-@pytest.mark.parametrize("event", [TRIED, replace(TRIED, cost=None), COMPARED, Compared("EUR", (), "")])
+SOME = replace(TRIED, approved=False, findings=(replace(FINDING, margin=-9.0, violating=Violating(1, 4, 0.05)),))
+
+
+@pytest.mark.parametrize("event", [TRIED, SOME, replace(TRIED, cost=None), COMPARED, Compared("EUR", (), "")])
 def test_what_was_recorded_is_read_back(tmp_path: Path, event: Event) -> None:
     assert decode(recorded(tmp_path / "run", event)) == event
+
+
+def test_a_finding_that_is_older_than_the_count_of_members_is_read_without_it(tmp_path: Path) -> None:
+    record = recorded(tmp_path / "run", SOME)
+    (told,) = record.fields["findings"]
+    older = replace(record, fields={**record.fields, "findings": [{k: v for k, v in told.items() if k != "violating"}]})
+    assert decode(older) == replace(SOME, findings=(replace(FINDING, margin=-9.0),))
 
 
 def test_an_attempt_that_is_older_than_prices_has_no_cost(tmp_path: Path) -> None:

@@ -185,7 +185,7 @@ def test_the_worst_member_and_its_time_are_named() -> None:
     calm, hot, cold, _ = rollout_findings(tried, LIMITS.criteria, LIMITS.limits, ACTIONS)
     assert (hot.criterion, hot.margin, hot.member, hot.at_s, hot.unit) == ("LIM-HOT", -2.0, 1, 20.0, "K")
     assert (calm.member, calm.at_s) == (1, 20.0) and calm.margin == pytest.approx(-2.1)
-    assert hot.message == "What LIM-HOT protects: 'T <= 313' is violated by 2 K at 20 s (LIM-HOT)"
+    assert hot.message == "What LIM-HOT protects: 'T <= 313' is violated by 2 K at 20 s in 2 of 3 members (LIM-HOT)"
     assert cold.message.startswith("What LIM-COLD protects: 'T >= 298' holds by 7 K at ")
     assert hot.owner is Owner.ACTION
 

@@ -12,7 +12,16 @@ from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits, O
 from homeostat.domain.plant.state_machine import State
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, RecoveryPath
-from homeostat.domain.verdict import REPEATED, Approve, Finding, Revise, Rollout, RolloutResult, Verdict
+from homeostat.domain.verdict import (
+    REPEATED,
+    Approve,
+    Finding,
+    Revise,
+    Rollout,
+    RolloutResult,
+    Verdict,
+    Violating,
+)
 from homeostat.guard.requests.permissives import finding, refusal
 from homeostat.stl.deciding import Deciding, deciding
 
@@ -131,7 +140,8 @@ def _guard_findings(path: RecoveryPath, rollout: Rollout, row: int) -> list[Find
         margins = np.atleast_2d(t.guard.margins(values, 1.0))
         member = _worst(margins[:, 0])
         rule = Criterion(f"GUARD-{t.name}", Owner.PLANNING, t.guard, True, "", f"Guard of {t.name!r}")
-        found.append(finding(rule, float(margins[member, 0]), float(row), member))
+        told = violating(margins, rollout.weights)
+        found.append(finding(rule, float(margins[member, 0]), float(row), member, violating=told))
     return found
 
 
@@ -139,7 +149,8 @@ def _needed(limit: Limit, rollout: Rollout, actions: ActionSet, row: int) -> Fin
     """A permissive when ``actions`` are written, in the worst member."""
     margins = _permissive_margins(limit, rollout.trajectory.signals, actions, row)
     member = _worst(margins[:, 0])
-    return finding(limit, float(margins[member, 0]), float(row) * rollout.trajectory.dt_s, member)
+    told = violating(margins, rollout.weights)
+    return finding(limit, float(margins[member, 0]), float(row) * rollout.trajectory.dt_s, member, violating=told)
 
 
 def judge_safety(actions: ActionSet, rollout: Rollout, limits: Limits) -> Verdict:
@@ -162,7 +173,7 @@ def rollout_findings(
     """
     signals, dt_s = rollout.trajectory.signals, rollout.trajectory.dt_s
     covered_s = rollout.trajectory.length * dt_s
-    found = [_too_short(c, covered_s) or worst(c, signals, dt_s) for c in criteria]
+    found = [_too_short(c, covered_s) or worst(c, signals, dt_s, rollout.weights) for c in criteria]
     for limit in limits:
         permissive = limit.kind is LimitKind.PERMISSIVE
         if permissive:
@@ -172,8 +183,23 @@ def rollout_findings(
         member, row = np.unravel_index(_worst(margins), margins.shape)
         margin, at = float(margins[member, row]), (int(member), int(row))
         by = None if permissive else _by(limit, signals, margin, *at)
-        found.append(finding(limit, margin, float(row) * dt_s, int(member), by))
+        told = violating(margins, rollout.weights)
+        found.append(finding(limit, margin, float(row) * dt_s, int(member), by, told))
     return tuple(found)
+
+
+def violating(margins: NDArray[np.float64], weights: Sequence[float]) -> Violating | None:
+    """Who violates something, by its ``margins``, shape (members,) or (members, times); None where nobody does.
+
+    What is undecided is violated. ``weights``: of the members, shape (members,); None where they are not known.
+    """
+    held = np.atleast_1d(np.asarray(margins >= 0.0))
+    each = ~held.reshape(held.shape[0], -1).all(axis=1)
+    if not each.any() or each.size not in (1, len(weights)):
+        return None
+    each = np.broadcast_to(each, len(weights))  # what reads commands alone is the same in every member
+    weight = np.asarray(weights, dtype=np.float64)
+    return Violating(int(each.sum()), len(weights), float(weight[each].sum() / weight.sum()))
 
 
 def _permissive_margins(
@@ -189,13 +215,15 @@ def _permissive_margins(
     return np.asarray(np.minimum.reduce(np.broadcast_arrays(*found)))
 
 
-def worst(criterion: Criterion, signals: Mapping[str, NDArray[np.float64]], dt_s: float) -> Finding:
-    """The finding of one criterion on a rollout: its least margin over the members."""
+def worst(
+    criterion: Criterion, signals: Mapping[str, NDArray[np.float64]], dt_s: float, weights: Sequence[float] = ()
+) -> Finding:
+    """The finding of one criterion on a rollout: its least margin over the members; ``weights``: theirs, if known."""
     margin = criterion.formula.evaluate(signals, dt_s)
     member = _worst(margin.value)
     least, at_s = float(margin.value[member]), float(margin.worst_at_s[member])
     by = None if math.isnan(at_s) else _by(criterion, signals, least, member, round(at_s / dt_s))
-    return finding(criterion, least, at_s, member, by)
+    return finding(criterion, least, at_s, member, by, violating(margin.value, weights))
 
 
 def _by(
@@ -225,14 +253,16 @@ def target_finding(rollout: Rollout, target: State) -> Finding:
     if left > 0:
         slow = rollout.steps_left.index(left)
         text = f"State {target.name!r} is not entered: {left} of the steps are still waited for at the end"
-        return Finding(target_name(target), Owner.PLANNING, -float(left), "steps", 0.0, slow, text)
+        told = violating(-np.asarray(rollout.steps_left, dtype=np.float64), rollout.weights)
+        return Finding(target_name(target), Owner.PLANNING, -float(left), "steps", 0.0, slow, text, None, told)
     last = {tag: values[:, -1:] for tag, values in rollout.trajectory.signals.items()}
     margins = target.settled_when.margins(last, rollout.trajectory.dt_s)
     member = _worst(margins[:, 0])
     end_s = (rollout.trajectory.length - 1) * rollout.trajectory.dt_s
     reached = f"State {target.name!r} is reached"
     criterion = Criterion(target_name(target), Owner.PLANNING, target.settled_when, False, "", reached)
-    return finding(criterion, float(margins[member, 0]), end_s, member)
+    told = violating(margins, rollout.weights)
+    return finding(criterion, float(margins[member, 0]), end_s, member, violating=told)
 
 
 def command_findings(actions: ActionSet, target: State, tags: Tags) -> tuple[Finding, ...]:

@@ -70,6 +70,21 @@ class Deviation:
 
 
 @dataclass(frozen=True, slots=True)
+class Violating:
+    """How many of the members that were rolled out violate a criterion."""
+
+    members: int
+    """Those that violate it, or leave it undecided."""
+    of: int
+    """All that this finding is about; a check before a release may have drawn more before."""
+    share: float
+    """Share of the members' weight that violates it [1]."""
+
+    def __str__(self) -> str:
+        return f"{self.members} of {self.of} members"
+
+
+@dataclass(frozen=True, slots=True)
 class Finding:
     """One criterion judged on one rollout."""
 
@@ -89,6 +104,8 @@ class Finding:
     """One sentence with the thing, the value and the limit."""
     deciding: Deciding | None = None
     """The comparison that decides where there are several, or the unit is 1, with its own margin; None elsewhere."""
+    violating: Violating | None = None
+    """Who violates it; None where nobody does, where no members were looked at, and in records that are older."""
 
     @property
     def satisfied(self) -> bool:

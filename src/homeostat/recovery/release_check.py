@@ -20,7 +20,7 @@ from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.request import Request, Seal
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, RolloutResult, Verdict
+from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, RolloutResult, Verdict, Violating
 from homeostat.guard.requests.permissives import refusal
 from homeostat.process.types import Flags
 from homeostat.recovery.bounds import RiskBounds
@@ -126,9 +126,8 @@ class ReleaseCheck:
                 break
         self._in_vain += 1
         text = f"{violations} of {draws} rollouts violate a hard limit: at most {high:.2g} with {level:.1%} confidence"
-        refused = Finding(
-            RISK, Owner.ACTION, risk.required - high, "1", 0.0, 0, f"{text}; {risk.required:g} is admitted"
-        )
+        text, told = f"{text}; {risk.required:g} is admitted", Violating(violations, draws, violations / draws)
+        refused = Finding(RISK, Owner.ACTION, risk.required - high, "1", 0.0, 0, text, None, told)
         return Revise((refused, *(f for f in findings if not f.satisfied)))
 
     def _counted(

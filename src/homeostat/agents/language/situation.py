@@ -56,11 +56,16 @@ def nearest(findings: Sequence[Finding], scales: Mapping[str, float]) -> list[Fi
 
 
 def margin_text(finding: Finding) -> str:
-    """Name, signed margin with unit, and time of the worst point; the message where there is no margin."""
+    """Name, signed margin with unit, time of the worst point, and who violates it; else the message.
+
+    That is told where some members hold: what all of them violate says so by its margin.
+    """
     if math.isinf(finding.margin):
         return f"{finding.criterion} {quote(finding.message, 160)}"
     unit = "" if finding.unit == "1" else f" {finding.unit}"
-    return f"{finding.criterion} {finding.margin:+.3g}{unit} at {finding.at_s:.0f} s"
+    told = f"{finding.criterion} {finding.margin:+.3g}{unit} at {finding.at_s:.0f} s"
+    who = finding.violating
+    return told if who is None or who.members == who.of else f"{told} in {who}"
 
 
 def ranked(hypotheses: Sequence[Hypothesis]) -> list[list[Hypothesis]]:

@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -73,6 +74,8 @@ class SearchAction:
         self._cost = Cost(plant.limits, pricing, plant.scales, self._settings.slack)
         self._release = pricing.prices.release / pricing.prices.worth(twin.settings.horizon_s)
         self._judged: list[tuple[Ensemble, dict[Key, NDArray[np.float64]]]] = []
+        self._told: tuple[ActionSet, ActionSet] | None = None
+        """What was proposed last, and what of it was tried."""
 
     def _judged_on(self, ensemble: Ensemble) -> dict[Key, NDArray[np.float64]]:
         """(State, commands) -> what they came to on ``ensemble``: attempts differ in what they require only."""
@@ -108,15 +111,27 @@ class SearchAction:
     async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet:
         """The best action set found for the path's target state; validation says whether it will do."""
         if path.awaited:
-            routes = RouteSearch(self._twin.frozen(), self._cost, self._tags)
-            return await asyncio.to_thread(routes.best, path, situation, dict(advice.required))
+            twin = self._twin.frozen()
+            routes = RouteSearch(twin, self._cost, self._tags)
+            judge = partial(self._judge, twin)
+            return await asyncio.to_thread(routes.best, path, situation, dict(advice.required), judge)
         stuck = held(self._plant, situation)
         space = search_space(self._plant, path.machine.state(path.target), stuck)
         twin = self._twin.frozen()
         if leads_back(self._plant, situation, path):
             return await asyncio.to_thread(self._gently, twin, space, situation)
         found = await asyncio.to_thread(self._search, twin, space, situation, dict(advice.required))
-        return await asyncio.to_thread(tracking, self._plant, twin, found, stuck)
+        told = await asyncio.to_thread(tracking, self._plant, twin, found, stuck)
+        self._told = told, found
+        return told
+
+    def margins(self, actions: ActionSet) -> dict[str, float]:
+        """Name of everything that forbids -> least margin, in its unit, over all members that ``actions`` were last
+        tried on here; empty where they were not.
+        """
+        key = _key(self._told[1] if self._told is not None and actions == self._told[0] else actions)
+        rows = [judged[key] for _, judged in self._judged if key in judged]
+        return self._cost.margins(np.min(rows, axis=0)) if rows else {}
 
     async def polish(self, situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
         """The cheapest near ``actions`` on the same ``path``; themselves where nothing is, and along a route."""

@@ -73,6 +73,11 @@ class Cost:
             missing += np.clip(kept + required.get(c.name, 0.0) / scale - worst, 0.0, 100.0)
         return np.asarray(judged[:, 0] + MISSING * missing)
 
+    def margins(self, judged: Vec) -> dict[str, float]:
+        """Name of everything that forbids -> its margin in its unit, of one candidate that was judged."""
+        found = zip(self._criteria, judged[1:].tolist(), strict=True)
+        return {c.name: margin * self._scales.get(c.formula.unit, 1.0) for c, margin in found}
+
     @staticmethod
     def _at_release(permissive: Limit, signals: Signals, candidates: Sequence[ActionSet]) -> Vec:
         """Least margin of a permissive over the steps of each candidate, shape (candidates * members,)."""

@@ -1,8 +1,9 @@
 """Action by search along a route: the values that its states leave open, chosen once for the whole of it."""
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 
@@ -12,8 +13,12 @@ from homeostat.agents.search.cost import Cost
 from homeostat.domain.plant.state_machine import State
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, open_setpoints
+from homeostat.process.types import Table
+from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Purpose, Twin
 
+Judge: TypeAlias = Callable[[Sequence[ActionSet], Ensemble], Table]
+"""What ways come to on an ensemble, as :meth:`homeostat.agents.search.cost.Cost.judge` says it."""
 LEVELS = 3
 """Values of each open command that are tried, besides the design's."""
 MOST = 27
@@ -29,15 +34,14 @@ class RouteSearch:
         """``tags`` say how fast a command may ramp."""
         self._twin, self._cost, self._tags = twin, cost, tags
 
-    def best(self, path: RecoveryPath, situation: Situation, required: Mapping[str, float]) -> ActionSet:
-        """The cheapest way to take ``path``; validation says whether it will do."""
+    def best(self, path: RecoveryPath, situation: Situation, required: Mapping[str, float], judge: Judge) -> ActionSet:
+        """The cheapest way to take ``path``; validation says whether it will do. ``judge`` says what each comes to."""
         choices, routes = self._choices(path), self.ways(path)
         if len(routes) == 1:
             return routes[0]
         hypotheses = plausible(situation.diagnosis)
         ensemble = self._twin.ensemble(hypotheses, self._twin.settings.search_draws, Purpose.REFINE)
-        signals, dt_s = self._twin.follow_many(ensemble, routes, refuse=False)
-        cost = self._cost.of(signals, dt_s, ensemble.weights, routes, required)
+        cost = self._cost.total(judge(routes, ensemble), required)
         design = self._design(path)
         far = [sum(abs(v - design[tag]) for tag, v in c.items()) for c in choices]
         return routes[int(np.argmin(cost + CHANGE * np.array(far)))]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits, Owner
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Finding
+from homeostat.domain.verdict import Finding, Violating
 from homeostat.stl.deciding import Deciding, decided
 
 
@@ -41,23 +41,29 @@ def unjudged(limit: Limit, values: Mapping[str, float]) -> str | None:
 
 
 def finding(
-    rule: Limit | Criterion, margin: float, at_s: float = 0.0, member: int = 0, by: Deciding | None = None
+    rule: Limit | Criterion,
+    margin: float,
+    at_s: float = 0.0,
+    member: int = 0,
+    by: Deciding | None = None,
+    violating: Violating | None = None,
 ) -> Finding:
     """What the margin of a limit or criterion says, with a sentence for a person.
 
     ``margin`` [its unit] is the worst one, of ``member``, ``at_s`` [s] after the snapshot; NaN where it is undecided,
-    which is violated without limit; ``by`` is the comparison that decides it, where it has no unit of its own. Whoever
-    proposes commands can cure a limit.
+    which is violated without limit; ``by`` is the comparison that decides it, where it has no unit of its own, and
+    ``violating`` how many members violate it. Whoever proposes commands can cure a limit.
     """
     owner = rule.owner if isinstance(rule, Criterion) else Owner.ACTION
     said, unit = f"{rule.description}: {rule.formula.text!r}", rule.formula.unit
     if math.isnan(margin):
         message = f"{said} cannot be judged, a value that it needs is not known ({rule.name})"
-        return Finding(rule.name, owner, -math.inf, unit, 0.0, member, message)
+        return Finding(rule.name, owner, -math.inf, unit, 0.0, member, message, None, violating)
     state = "holds" if margin >= 0 else "is violated"
     size, of_size = (by.margin, by.unit) if by is not None and by.unit else (margin, unit)
-    message = f"{said} {state} by {abs(size):.4g} {of_size} at {at_s:.0f} s ({rule.name})"
-    return Finding(rule.name, owner, margin, unit, at_s, member, message, by)
+    whose = "" if violating is None else f" in {violating}"
+    message = f"{said} {state} by {abs(size):.4g} {of_size} at {at_s:.0f} s{whose} ({rule.name})"
+    return Finding(rule.name, owner, margin, unit, at_s, member, message, by, violating)
 
 
 def refusal(name: str, message: str, owner: Owner = Owner.ACTION) -> Finding:

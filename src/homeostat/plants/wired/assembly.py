@@ -112,7 +112,8 @@ class Workbench:
         """The deterministic proposer that is always there."""
         d, action = self.plant.description, self.search()
         planning = SearchPlanning(d, self.grounding, action.bounds)
-        return Proposer("search", planning, action, MarginReprompting(d.scales), improves=True, thorough=True)
+        reprompting = MarginReprompting(d.scales, action.margins)
+        return Proposer("search", planning, action, reprompting, improves=True, thorough=True)
 
     def speaking(self) -> Proposer:
         """The language model's proposer, which records no key; AssertionError in a run without one."""

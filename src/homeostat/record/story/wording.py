@@ -107,4 +107,5 @@ def worst(findings: Iterable[Finding], scales: Mapping[str, float]) -> str:
     margin, unit = (
         (found.margin, found.unit) if found.deciding is None else (found.deciding.margin, found.deciding.unit)
     )
-    return f"worst margin {margin:+.3g}{'' if unit in ('1', '') else f' {unit}'} ({found.criterion})"
+    whose = "" if found.violating is None else f" in {found.violating}"
+    return f"worst margin {margin:+.3g}{'' if unit in ('1', '') else f' {unit}'}{whose} ({found.criterion})"
