@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
@@ -49,7 +50,7 @@ def test_what_was_recorded_is_read_back(tmp_path: Path, event: Event) -> None:
 
 def test_a_finding_that_is_older_than_the_count_of_members_is_read_without_it(tmp_path: Path) -> None:
     record = recorded(tmp_path / "run", SOME)
-    (told,) = record.fields["findings"]
+    (told,) = cast(list[dict[str, Any]], record.fields["findings"])
     older = replace(record, fields={**record.fields, "findings": [{k: v for k, v in told.items() if k != "violating"}]})
     assert decode(older) == replace(SOME, findings=(replace(FINDING, margin=-9.0),))
 

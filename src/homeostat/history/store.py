@@ -73,7 +73,8 @@ class HistoryStore(HistoryReader, Protocol):
     def append(self, batch: Batch) -> None:
         """Keep ``batch``: when this returns, the end of this process loses none of it, and after a second no power cut.
 
-        Raises OSError where there is no room for it and nothing that may be dropped for it; none of it is kept then.
+        Raises OSError where there is no room for it and nothing that may be dropped for it, nor comes any within some
+        seconds; none of it is kept then.
         """
         ...
 

@@ -1,6 +1,8 @@
 """What is dropped: what is too old or too much, and on a full disk the oldest samples, then minutes; events never."""
 
 import errno
+import math
+import time
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -13,6 +15,8 @@ T = TypeVar("T")
 
 FULL: Final = (errno.ENOSPC, errno.EDQUOT)
 """Errors that say that the disk is full."""
+WAIT_S: Final = 5.0
+"""Longest wait for tables that are being joined, and hold the room until then, before there is no room [s]."""
 
 
 def too_old(store: Path, settings: HistorySettings, now_us: int) -> list[TableFile]:
@@ -42,20 +46,46 @@ def oldest(store: Path) -> list[TableFile]:
     return _with_arrivals(store, listed(store, RAW).tables[:1]) or list(listed(store, MINUTES).tables[:1])
 
 
-def with_room(store: Path, work: Callable[[], T], told: Callable[[str], None]) -> T:
+def _never(seconds: float) -> bool:
+    return False
+
+
+def with_room(
+    store: Path, work: Callable[[], T], told: Callable[[str], None], ended: Callable[[float], bool] = _never
+) -> T:
     """What ``work`` returns; as long as the disk is full, what is oldest is dropped for it, which is told.
 
-    Raises OSError where there is nothing left to drop, or anything else is wrong.
+    What is being joined beside holds its room until that is over, even what was dropped of it. So where one table was
+    dropped in vain, or there is none, that is waited for, :data:`WAIT_S` at most, before more is dropped, or it is
+    given up. ``ended`` returns whether anything was under way that has ended within so many seconds. Raises OSError
+    where there is nothing left to drop, or anything else is wrong.
     """
+    until_s, dropped, last = math.inf, False, False
     while True:
         try:
             return work()
         except OSError as error:
-            if error.errno not in FULL or not (tables := oldest(store)):
+            if error.errno not in FULL:
                 raise
-            what = "samples" if tables[0].folder.name == RAW else "minutes"
-            told(f"the disk is full: the oldest {what}, those of {tables[0].label}, were dropped; make room")
-            drop(tables)
+            tables, now_s = oldest(store), time.monotonic()
+            if dropped or not tables:
+                until_s = min(until_s, now_s + WAIT_S)
+                if ended(max(until_s - now_s, 0.0)):
+                    dropped = False
+                    continue
+            if tables:
+                _drop_oldest(tables, told)
+                dropped = True
+            elif last:
+                raise
+            else:  # what had ended just before is not under way any more, and left its room
+                last = True
+
+
+def _drop_oldest(tables: Sequence[TableFile], told: Callable[[str], None]) -> None:
+    what = "samples" if tables[0].folder.name == RAW else "minutes"
+    told(f"the disk is full: the oldest {what}, those of {tables[0].label}, were dropped; make room")
+    drop(tables)
 
 
 def drop(tables: Sequence[TableFile]) -> None:

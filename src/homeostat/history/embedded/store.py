@@ -152,11 +152,15 @@ class EmbeddedStore:
         self.close()
 
     def _keep(self, own_us: int, write: Callable[[SegmentWriter], None]) -> None:
-        with self._writing:
-            if not self._open:
-                raise HistoryError(f"the history in {str(self._folder)!r} is closed; append before closing it")
-            with_room(self._folder, lambda: write(self._segment(own_us)), self._tell)
-            self._unsynced = True
+        def kept() -> None:
+            with self._writing:
+                if not self._open:
+                    raise HistoryError(f"the history in {str(self._folder)!r} is closed; append before closing it")
+                write(self._segment(own_us))
+                self._unsynced = True
+
+        # Between two tries nothing is held: what was acknowledged before is brought to the disk meanwhile.
+        with_room(self._folder, kept, self._tell, self._tidying.ended)
 
     def _segment(self, own_us: int) -> SegmentWriter:
         """The segment for what arrives at ``own_us`` [us]: another one after a time, an hour, or many samples."""

@@ -96,6 +96,13 @@ class Tidying:
             self._compact(label)
         self.retain(now_us)
 
+    def ended(self, within_s: float) -> bool:
+        """Whether something was being done beside, and has ended within so many seconds."""
+        if not self._busy.locked() or not self._busy.acquire(timeout=within_s):
+            return False
+        self._busy.release()
+        return True
+
     def retain(self, now_us: int) -> None:
         """Drop what the settings do not keep; ``now_us`` as :meth:`tidy`."""
         with self._busy:
