@@ -70,7 +70,7 @@ def full_while_joining(folder: Path, disk: Disk) -> EmbeddedStore:
 
 
 def kept(store: EmbeddedStore) -> list[float]:
-    return store.read(["T1"], ALWAYS)["T1"].value.tolist()
+    return list(store.read(["T1"], ALWAYS)["T1"].value.tolist())
 
 
 def beside(work: Callable[[], None]) -> tuple[threading.Thread, list[BaseException]]:
