@@ -71,3 +71,20 @@ def test_what_was_read_before_is_not_looked_at() -> None:
     twin = looked("cool_stuck_closed", 0.6, 20.0)
     assert twin.ended(((STUCK,),), from_s=REPAIRED_S + 15.0) is None, "no stretch is as short"
     assert twin.explain(["cool_stuck_closed"], (), from_s=REPAIRED_S + 2.0)[0].name == "none"
+
+
+@functools.cache
+def compensated(until_s: float) -> tuple[Snapshot, ...]:
+    """A reactor whose level reads 2.84 L low from 1500 s on, which its setpoint makes up for from 1506 s on."""
+    plant = reactor()
+    told = scenario(plant, "level_bias", 3, ONSET_S, 2.84, until_s)
+    link = SimulatedLink(open_process(plant, departing(plant, told, ("L1.sp - 2.42 from 1506",), "plant")))
+    return tuple(link.advance() for _ in range(int(until_s)))
+
+
+@pytest.mark.parametrize("off_s", [-4.0, 0.0, 4.0])
+@pytest.mark.parametrize("after_s", [41, 79, 83, 157, 162, 165, 319, 325])
+def test_a_stretch_that_begins_where_the_fault_did_says_nothing(after_s: int, off_s: float) -> None:
+    """Once the setpoint has made up for it, a level that reads low looks like a tank that is filled less."""
+    seen = compensated(1850.0)[: int(ONSET_S) + after_s]
+    assert follow(seen, 3).ended(((FaultState("level_bias", 2.82, ONSET_S + off_s),),)) is None

@@ -25,6 +25,8 @@ THERE_NATS = 2.0
 """What was known is still there where it explains any stretch better than nothing by so much [nats]."""
 CHANGED = 80
 """Where nothing is better than what was known, but leaves more than noise, a stretch of so many readings says so."""
+ABOUT = 5
+"""Readings by which the onset of what is known may be off."""
 SIZES = (0.97, 1.0, 1.03)
 """Multiples of its size with which each of these is tried: nobody knew it exactly [1]."""
 
@@ -46,6 +48,15 @@ def stretch(window: Window) -> Window:
     that it had.
     """
     return replace(window, settle_rows=min(window.settle_rows, max(window.length // SETTLE, 3)))
+
+
+def begins_in(window: Window, known: Sequence[FaultSet]) -> bool:
+    """Whether anything ``known`` began about where ``window`` does: its first readings say what state it begins in.
+
+    A step that a fault made among them is the state from which nothing explains the rest, and the fault does not.
+    """
+    about_s = (window.settle_rows + ABOUT) * window.tick_s
+    return any(abs(f.onset_s - window.start_s) <= about_s for faults in known for f in faults)
 
 
 def fit_of_nothing(evidence: Evidence) -> Fit:

@@ -26,6 +26,7 @@ from homeostat.twin.isolation.ended import (
     OVER_NATS,
     THERE_NATS,
     Ended,
+    begins_in,
     fit_of_nothing,
     lead_of_nothing,
     stretch,
@@ -212,8 +213,11 @@ class FaultIsolation:
         """
         found = None
         for window in windows:
+            seen = stretch(window)
+            if begins_in(seen, known):
+                continue
             try:
-                evidence = Evidence(self._model, self._carrier, stretch(window), posterior, self._accuracy)
+                evidence = Evidence(self._model, self._carrier, seen, posterior, self._accuracy)
                 fit = fit_of_nothing(evidence)
             except ProcessError:  # without what was known the model leaves the physical world
                 break
