@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.llm.tokens import estimate, exact
-from tests.agents.language.situations import CURABLE, questions
+from tests.agents.language.situations import FAULTS, questions
 
 pytestmark = pytest.mark.filterwarnings("ignore:open_binary is deprecated:DeprecationWarning")  # on importing it
 LOW, HIGH = 0.95, 1.20
@@ -22,7 +22,7 @@ def ratio(text: str) -> float:
     return estimate(text) / count
 
 
-@pytest.mark.parametrize("fault", CURABLE)
+@pytest.mark.parametrize("fault", FAULTS)
 def test_the_estimate_is_near_the_truth_on_every_prompt(fault: str) -> None:
     asked = questions(fault)
     assert {q.agent for q in asked} == {"planning", "action"}

@@ -28,8 +28,6 @@ from tests.twin.followed import follow, reactor, readings
 
 NOW_S, ONSET_S = 1520, 1450.0
 FAULTS = tuple(fault.name for fault in reactor().description.faults)
-CURABLE = tuple(fault for fault in FAULTS if fault != "leak")
-"""With a leak no state may be entered that keeps liquid, so nobody is asked."""
 
 
 @functools.cache
@@ -47,7 +45,7 @@ def state(fault: str) -> FaultState:
 def diagnosed(fault: str) -> Diagnosis:
     """The fault in two sizes, another one that is less likely, and that nothing is wrong."""
     true = state(fault)
-    other = state(next((name for name in CURABLE if name > fault), CURABLE[0]))
+    other = state(next((name for name in FAULTS if name > fault), FAULTS[0]))
     rules = [rule for rule in reactor().description.symptom_rules if fault in rule.faults]
     symptoms = tuple(Symptom(rule.name, NOW_S - 10.0, 2.0, 1.0, 2.0 - 0.1 * k) for k, rule in enumerate(rules))
     hypotheses = (

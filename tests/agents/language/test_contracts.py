@@ -12,7 +12,7 @@ from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.llm.scripted import ScriptedModel
-from tests.agents.language.situations import CURABLE, Agents, situation
+from tests.agents.language.situations import FAULTS, Agents, situation
 from tests.contracts.action import ActionContract
 from tests.contracts.planning import PlanningContract
 from tests.contracts.reprompting import RepromptingContract
@@ -72,6 +72,6 @@ class TestTeachingReprompting(RepromptingContract):
         return RecoveryPath(machine, (next(t for t in machine.transitions if t.name == "t_reduce"),))
 
 
-def test_every_fault_but_a_leak_has_an_admissible_path() -> None:
+def test_the_contracts_faults_are_those_of_the_plant() -> None:
     """So that the contract's situations are what they are said to be."""
-    assert {"cool_stuck_closed", "outlet_block"} <= set(CURABLE)
+    assert {"cool_stuck_closed", "outlet_block"} <= set(FAULTS)

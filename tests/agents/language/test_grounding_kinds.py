@@ -30,7 +30,7 @@ from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import exact
 from homeostat.plants.wired.assembly import Language, model_alone
 from tests.agents.briefings import briefing
-from tests.agents.language.situations import CURABLE, questions, simulation, situation
+from tests.agents.language.situations import FAULTS, questions, simulation, situation
 from tests.agents.stuck_valve import grounding
 from tests.knowledge.test_documents import TURTLE
 from tests.twin.followed import reactor
@@ -59,14 +59,14 @@ def plant_part(question: Question) -> str:
     return question.prompt.partition("# Plant\n")[2].partition("\n# ")[0]
 
 
-@pytest.mark.parametrize("fault", CURABLE)
+@pytest.mark.parametrize("fault", FAULTS)
 def test_what_is_not_said_otherwise_is_shown_from_the_graph(fault: str) -> None:
     """The agents without a context of their own ask what they always asked."""
     first = {q.agent: q for q in reversed(questions(fault)) if "# Refused so far" not in q.prompt}
     assert asked(GRAPH, fault)["planning"] == first["planning"]
 
 
-@pytest.mark.parametrize("fault", CURABLE)
+@pytest.mark.parametrize("fault", FAULTS)
 def test_only_the_account_of_the_plant_differs(fault: str) -> None:
     """Situation, paths, commands, schema are the same to the letter."""
     for name in ("planning", "action", "step"):
@@ -79,7 +79,7 @@ def test_only_the_account_of_the_plant_differs(fault: str) -> None:
             assert rest.rstrip() == told and other.schema == graph.schema and other.at_s == graph.at_s
 
 
-@pytest.mark.parametrize("fault", CURABLE)
+@pytest.mark.parametrize("fault", FAULTS)
 def test_documents_are_shown_without_turtle(fault: str) -> None:
     for question in asked(DOCUMENTS, fault).values():
         assert not TURTLE.search(plant_part(question)) and "Turtle" not in question.system
@@ -89,7 +89,7 @@ def test_documents_are_shown_without_turtle(fault: str) -> None:
         assert count is not None and count <= BUDGET
 
 
-@pytest.mark.parametrize("fault", CURABLE)
+@pytest.mark.parametrize("fault", FAULTS)
 def test_none_has_no_heading_and_no_guide(fault: str) -> None:
     for question in asked(NONE, fault).values():
         assert "# Plant" not in question.prompt and "How to read" not in question.system

@@ -15,7 +15,7 @@ from homeostat.domain.advice import Advice
 from homeostat.domain.verdict import Approve, Revise
 from homeostat.llm.scripted import ScriptedModel
 from tests.agents.language.answering import STATES, TAGS, text
-from tests.agents.language.situations import CURABLE, Agents, questions
+from tests.agents.language.situations import FAULTS, Agents, questions
 from tests.llm.asking import question
 from tests.twin.followed import reactor
 
@@ -39,7 +39,7 @@ def commands(answer: str) -> dict[str, float | None]:
     return found
 
 
-@pytest.mark.parametrize("fault", CURABLE)
+@pytest.mark.parametrize("fault", FAULTS)
 @pytest.mark.parametrize("script", SCRIPTS)
 def test_every_answer_satisfies_the_schema(script: str, fault: str) -> None:
     machine = reactor().description.machine
