@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from homeostat.agents.search.gently import RAMPS_S, excess, gentlest, leads_back, ramped
+from homeostat.agents.roles import NoAdmissiblePlan
+from homeostat.agents.search.gently import RAMPS_S, excess, gentlest, leads_back, ramped, settles
 from homeostat.domain.advice import Advice
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
@@ -80,3 +81,24 @@ def test_the_search_takes_the_design_of_the_ordinary_state() -> None:
 
 def test_ramps_are_tried_from_the_fastest_on() -> None:
     assert list(RAMPS_S) == sorted(RAMPS_S) and RAMPS_S[0] == 0.0
+
+
+def moving(off: float) -> dict[str, np.ndarray]:
+    """A level that is ``off`` its setpoint by so many scales at first, and half a scale in the end."""
+    tag = PLANT.loops[1].process_variable
+    scale = PLANT.tag(tag).scale
+    return {**QUIET, tag: scale * np.array([[off, off, 0.5, 0.5]] * 2)}
+
+
+def test_what_comes_to_rest_by_itself_soon_is_waited_for() -> None:
+    assert settles(PLANT, moving(3.0), 2)
+    assert not settles(PLANT, moving(1.0), 2), "it is at rest"
+    assert not settles(PLANT, moving(3.0), 1), "it is not there so soon"
+    assert not settles(PLANT, moving(3.0), 4), "nobody looks so far"
+    assert settles(PLANT, moving(-3.0), 2), "on either side"
+
+
+def test_a_plant_that_moves_by_itself_is_not_sent_back_yet(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("homeostat.agents.search.action.settles", lambda plant, signals, rows: rows > 0)
+    with pytest.raises(NoAdmissiblePlan, match="comes to rest in 'reduced_load' first"):
+        asyncio.run(search(QUICK).act(HEALTHY, BACK, Advice()))

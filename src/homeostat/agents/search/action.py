@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.pricing import Pricing
-from homeostat.agents.roles import Situation
+from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.agents.search.candidates import Point, SearchSpace, present_point
 from homeostat.agents.search.cost import Cost
-from homeostat.agents.search.gently import RAMPS_S, excess, gentlest, leads_back, ramped
+from homeostat.agents.search.gently import RAMPS_S, SOON_S, excess, gentlest, leads_back, ramped, settles
 from homeostat.agents.search.routes import RouteSearch
 from homeostat.agents.search.tracking import held, search_space, tracking
 from homeostat.domain.advice import Advice
@@ -154,10 +154,17 @@ class SearchAction:
         return self._best(sure, space, 1)[0]
 
     def _gently(self, twin: Twin, space: SearchSpace, situation: Situation) -> ActionSet:
-        """The design of an ordinary state, as fast as controlled variables stay near their setpoints."""
+        """The design of an ordinary state, as fast as controlled variables stay near their setpoints.
+
+        NoAdmissiblePlan while what was repaired still moves the plant by itself.
+        """
         design, values = space.actions(space.design), situation.snapshot.values
         ways = list(dict.fromkeys(ramped(design, values, seconds) for seconds in twin.timing.times_s(RAMPS_S)))
         ensemble = twin.ensemble(plausible(situation.diagnosis), twin.settings.draws, Purpose.REFINE)
+        alone = ActionSet((), situation.state)
+        left, dt_s = twin.try_many(ensemble, twin.schedules([alone], twin.horizon), refuse=False)
+        if settles(self._plant, left, int(twin.timing.times_s((SOON_S,))[0] / dt_s)):
+            raise NoAdmissiblePlan(f"the plant comes to rest in {situation.state!r} first")
         signals, dt_s = twin.try_many(ensemble, twin.schedules(ways, twin.horizon), refuse=False)
         judged = self._cost.judge(signals, dt_s, ensemble.weights, ways)
         admitted = np.isfinite(judged[:, 0]) & (self._cost.total(judged, {}) <= judged[:, 0])

@@ -1,6 +1,7 @@
 """Gently: the way back to ordinary operation, as fast as controlled variables stay near their setpoints.
 
-What ordinary operation is commanded is fixed; what is chosen is how long the setpoints take to come there.
+What ordinary operation is commanded is fixed; what is chosen is how long the setpoints take to come there. What was
+repaired moves the plant by itself: that is waited for, so that both do not come together.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,6 +18,8 @@ RAMPS_S = (0.0, 60.0, 180.0, 420.0, 700.0, 1000.0, 1500.0)
 """How long setpoints may take; 0 for as fast as their tags may change [s]."""
 SAME = 0.1
 """Excess that is as good as none, in scales [1]."""
+SOON_S = 600.0
+"""What settles by itself within this time is waited for [s]: longer, the plant would be kept from producing."""
 
 
 def leads_back(plant: PlantDescription, situation: Situation, path: RecoveryPath) -> bool:
@@ -59,3 +62,14 @@ def gentlest(ways: Sequence[ActionSet], excesses: Vec, admitted: Sequence[bool])
         return ways[0]
     least = min(off for _, off in open_ways)
     return next(way for way, off in open_ways if off <= least + SAME)
+
+
+def settles(plant: PlantDescription, signals: Mapping[str, Cube], rows: int) -> bool:
+    """Whether a plant that is left alone is off its setpoints, and near them from so many ``rows`` on.
+
+    ``signals``: tag -> values, shape (members, times).
+    """
+    late = {tag: values[:, rows:] for tag, values in signals.items()}
+    if not all(values.shape[1] for values in late.values()):
+        return False
+    return bool(excess(plant, signals, 1)[0] > SAME and excess(plant, late, 1)[0] <= SAME)
