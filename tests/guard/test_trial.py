@@ -185,7 +185,7 @@ def test_a_limit_that_no_strategy_has_answered_yet_is_answered_at_once_after_a_d
     world.tick(1, L=14.0)
     while acted(world) != ["drain"]:
         world.tick()
-    world.vessel.values.update(T=400.0)
+    world.vessel.values.update(T=350.0)
     while "LIM-HOT" not in [e.limit for e in world.journal.of(Tripped)]:
         world.tick()
     events = world.journal.events
