@@ -1,4 +1,4 @@
-"""A limit that cannot be judged: the first fallback acts and stays, a person is asked, and only what is seen goes on."""
+"""A limit that cannot be judged: the first fallback stays, a person is asked, and only what is seen goes on."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LEVEL = replace(QUALITIES["L"], noise=0.1, frozen_s=10.0)
 
 
 def ruled(drain: tuple[str, ...] = ("LIM-FULL",), close: tuple[str, ...] = ("LIM-HOT", "LIM-FULL")) -> GuardRules:
-    """Two strategies and what each brings back within 20 s; nothing carries a limit, and a level that repeats is bad."""
+    """Two strategies and what each brings back within 20 s; nothing carries a limit, a level that repeats is bad."""
     serves = [{name: Effect(20.0) for name in names} for names in (drain, close)]
     fallbacks = (replace(DRAIN, serves=serves[0]), replace(CLOSE, serves=serves[1]))
     trips = {name: replace(trip, carrier=None) for name, trip in TRIPS.items()}

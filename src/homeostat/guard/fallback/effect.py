@@ -2,9 +2,9 @@
 
 The margin is followed over one period after another, each as long as the tables say that the strategy needs. In each
 it must rise by more than its own noise: the slope of the least-squares line must be more than three times its standard
-error. So the slowest return counts, and a reading that stands still does not. What was violated and cannot be judged any
-more has not improved. Of what nothing has shown to be violated nobody knows whether a strategy helps, and that is no
-evidence that it does not: no other strategy makes a reading readable.
+error. So the slowest return counts, and a reading that stands still does not. What was violated and cannot be judged
+any more has not improved. Of what nothing has shown to be violated nobody knows whether a strategy helps, and that is
+no evidence that it does not: no other strategy makes a reading readable.
 """
 
 from __future__ import annotations

@@ -93,14 +93,14 @@ class Response:
 
     def _tell_unseen(self, violations: tuple[Violation, ...], now_s: float) -> None:
         """A limit that cannot be judged has no other fallback act: a person must look whether this one helps."""
-        strategy, alarms = self._latch.strategy, self._parts.alarms
-        stands = self._latch.reason is not None and self._latch.standing and strategy is not None
-        asked = {v.limit: v.reason for v in violations if stands and not v.seen}
+        alarms, latch = self._parts.alarms, self._latch
+        acted = latch.strategy.name if latch.strategy is not None and latch.standing else ""
+        asked = {v.limit: v.reason for v in violations if acted and not v.seen}
         for name in sorted(self._asked - asked.keys()):
             alarms.return_(f"unseen:{name}", now_s)
         for name, reason in asked.items():
-            text = f"whether {strategy.name if strategy else ''!r} helps cannot be seen, a person must look; no other fallback"
-            alarms.raise_(f"unseen:{name}", f"{text} is tried for that: {reason}", Priority.CRITICAL, now_s)
+            text = f"whether {acted!r} helps cannot be seen, a person must look; no other fallback is tried for that"
+            alarms.raise_(f"unseen:{name}", f"{text}: {reason}", Priority.CRITICAL, now_s)
         self._asked = frozenset(asked)
 
     def _answer(self) -> frozenset[str]:

@@ -29,7 +29,9 @@ class Trial:
     """Where the fallbacks and the limits that they act against stood when the journal ends."""
 
     ranked: tuple[str, ...] = ()
-    """Names of the strategies as recovery named them, the others behind; empty where it named none."""
+    """Names of the strategies in the order in which they act; empty where nobody has ranked them."""
+    named: bool = False
+    """Whether recovery wants the one in front first whatever trips."""
     acted: str = ""
     """Strategy that acted last; empty where none has since the last reset."""
     stands: bool = False
@@ -131,7 +133,7 @@ def _lift_ended(trial: Trial, fields: Mapping[str, Any]) -> Trial:
 
 
 _FOLDS: Mapping[str, Any] = {
-    "armed": lambda t, f: replace(t, ranked=tuple(map(str, f["strategies"])) if f.get("named", True) else ()),
+    "armed": lambda t, f: replace(t, ranked=tuple(map(str, f["strategies"])), named=bool(f.get("named", True))),
     "tripped": _tripped,
     "alarm-returned": _returned,
     "write-intended": _intended,
@@ -143,9 +145,7 @@ _FOLDS: Mapping[str, Any] = {
     "lease-lost": lambda t, f: replace(t, returned=frozenset(), effects={}),
     "shed": lambda t, f: replace(t, stands=False, tried=frozenset(), returned=frozenset(), effects={}),
     "latched": lambda t, f: t if t.acted else replace(t, answered=t.violated),
-    "latch-reset": lambda t, f: Trial(
-        violated=t.violated, unseen=t.unseen, lifting=t.lifting, lifted=t.lifted
-    ),
+    "latch-reset": lambda t, f: Trial(violated=t.violated, unseen=t.unseen, lifting=t.lifting, lifted=t.lifted),
     "reading-jumped": lambda t, f: replace(t, jumped={**t.jumped, str(f["tag"]): float(f["by"])}),
     "start-up-ended": lambda t, f: replace(t, jumped={}),
     "trip-lifted": lambda t, f: replace(t, lifting={**t.lifting, str(f["limit"]): float(f["until_s"])}),

@@ -69,7 +69,7 @@ def violation(limit: Limit, watched: float, values: Mapping[str, float]) -> Viol
 
 
 def unreadable(formula: Formula, readings: Snapshot | None) -> str:
-    """Why ``formula`` cannot be judged on ``readings``: which of its tags have no value, and since when one stands still."""
+    """Why ``formula`` cannot be judged on ``readings``: which tags have no value, and since when one stands still."""
     if readings is None:
         return "no sample has come"
     lacking = [t for t in sorted(formula.tags) if t in readings.bad or math.isnan(readings.values.get(t, math.nan))]
