@@ -40,6 +40,12 @@ def test_of_equals_the_first_in_the_table_is_chosen() -> None:
     assert chosen((VENT, 308.0), (DRAIN, 308.0)).strategy == VENT
 
 
+def test_margins_that_do_not_differ_leave_the_order_of_the_table() -> None:
+    assert chosen((DRAIN, 308.0), (VENT, 307.95)).strategy == DRAIN
+    assert chosen((DRAIN, 308.0), (VENT, 307.85)).strategy == VENT
+    assert chosen((strategy("third"), 307.95), (DRAIN, 308.0), (VENT, 307.9)).strategy == strategy("third")
+
+
 def test_an_approved_strategy_beats_a_refused_one() -> None:
     best = chosen((DRAIN, 330.0), (VENT, 312.8))
     assert best.strategy == VENT and isinstance(best.verdict, Approve)
@@ -68,9 +74,7 @@ def test_margins_of_different_units_are_compared_in_their_scales() -> None:
     cool = (DRAIN, rollout(DRAIN.actions, T=303.0, L=10.9))
     dry = (VENT, rollout(VENT.actions, T=310.0, L=7.0))
     assert rank([dry, cool], BOTH, {"K": 0.1, "L": 0.1})[0].strategy == VENT, "2.9 K, 0.1 L"
-    assert rank([dry, cool], BOTH, {"K": 10.0, "L": 0.01})[0].strategy == DRAIN, (
-        "0.1 L are ten scales"
-    )
+    assert rank([dry, cool], BOTH, {"K": 10.0, "L": 0.01})[0].strategy == DRAIN, "0.1 L are ten scales"
 
 
 def test_of_those_that_are_approved_one_that_serves_what_is_in_danger_comes_first() -> None:

@@ -18,7 +18,7 @@ from homeostat.recovery.plant_rules import PlantRules
 from homeostat.recovery.scene import Scene
 
 ALIKE = 0.1
-"""By how many scales of its unit the margin of one that is refused may be less than the best, and be as good [1]."""
+"""By how many scales of its unit a margin may be less than the best, and be as good [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,25 +60,28 @@ def rank(
     scales: Mapping[str, float],
     danger: tuple[str, ...] = (),
 ) -> tuple[ValidatedFallback, ...]:
-    """The strategies that are approved, then the others; of equals the first in table order.
+    """The strategies that are approved, then the others; of those as good within `ALIKE` the first in table order.
 
     Of those that are approved one that serves what is in ``danger``, the limits that trip without action with the first
     one in front, comes before one that does not, then that with the largest least margin in ``scales`` (unit -> what
     counts as one unit of margin in it). Those that are not approved are ranked by that margin: the best of them is the
-    least harmful thing that is known. Of those that are as good within `ALIKE` one that serves comes first as well.
+    least harmful thing that is known. Of those that do as little harm within `ALIKE` one that serves comes first as
+    well. What a limit leaves at the first moment, before anything can act, is the same for all of them, nearly.
     """
     if not rollouts:
         raise ValueError("there is no fallback to rank; a plant needs at least one")
     judged = [ValidatedFallback(s, judge_safety(s.actions, r, limits), r) for s, r in rollouts]
-    refused = [v.margin(scales) for v in judged if not isinstance(v.verdict, Approve)]
-    best = max(refused, default=math.inf)
+    classes = [(0, *_misses(v.strategy, danger)) if isinstance(v.verdict, Approve) else (1,) for v in judged]
+    margins = [v.margin(scales) for v in judged]
+    best = {c: max(m for m, other in zip(margins, classes, strict=True) if other == c) for c in classes}
 
-    def order(v: ValidatedFallback) -> tuple[bool, bool, tuple[bool, ...], float]:
-        approved, margin = isinstance(v.verdict, Approve), v.margin(scales)
-        alike = approved or margin >= best - ALIKE
-        return not approved, not alike, _misses(v.strategy, danger) if alike else (), -margin
+    def order(number: int) -> tuple[tuple[int, ...], bool, tuple[bool, ...], float]:
+        own, margin = classes[number], margins[number]
+        if margin >= best[own] - ALIKE:
+            return own, False, _misses(judged[number].strategy, danger), 0.0
+        return own, True, (), -margin
 
-    return tuple(sorted(judged, key=order))
+    return tuple(judged[number] for number in sorted(range(len(judged)), key=order))
 
 
 def by_danger(strategies: Iterable[FallbackStrategy], danger: tuple[str, ...]) -> tuple[FallbackStrategy, ...]:
