@@ -83,6 +83,20 @@ def test_a_time_to_act_by_arms_no_strategy_in_this_life_nor_the_next(swapped: bo
     assert acted(world)[:1] == ["close"]
 
 
+@pytest.mark.parametrize("dies", [False, True])
+def test_an_order_that_no_twin_has_tried_counts_until_a_limit_trips_that_another_one_serves(dies: bool) -> None:
+    rules = replace(RULES, fallbacks=(replace(DRAIN, serves={"LIM-FULL": Effect(60.0)}), CLOSE))
+    for level, first in ((14.0, "drain"), (8.0, "close")):
+        world = running(rules=rules)
+        world.guard.mailbox.put(Arm(("close", "drain"), 12.0, tried=False))
+        world.tick()
+        world = killed(world, rules) if dies else world
+        world.tick(4, L=level)
+        assert acted(world) == (["drain"] if level > 12.0 else [])
+        world.tick(5)
+        assert acted(world)[0] == first, "the time to act by has passed"
+
+
 def test_a_reset_brings_the_order_of_the_tables_back_in_this_life_and_the_next() -> None:
     world = armed("third", "close")
     world.guard.mailbox.put(FallBack("smoke"))
@@ -185,7 +199,7 @@ def test_a_limit_that_no_strategy_has_answered_yet_is_answered_at_once_after_a_d
     world.tick(1, L=14.0)
     while acted(world) != ["drain"]:
         world.tick()
-    world.vessel.values.update(T=400.0)
+    world.vessel.values.update(T=350.0)
     while "LIM-HOT" not in [e.limit for e in world.journal.of(Tripped)]:
         world.tick()
     events = world.journal.events

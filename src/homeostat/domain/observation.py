@@ -64,6 +64,8 @@ class Arm:
     """Names of strategies, the best first; those that are left out follow in the order of the tables."""
     act_by_s: float | None = None
     """Process time at which the first strategy acts unless the guard hears of something better [s]; None: not named."""
+    tried: bool = True
+    """Whether the strategies were tried on a twin; else one that serves a limit that trips goes before the first."""
 
 
 @dataclass(frozen=True, slots=True)

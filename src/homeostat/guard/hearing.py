@@ -68,4 +68,6 @@ class Hearing:
             raise ValueError(f"more than {MOST_HEARD} fallbacks cannot be ranked")
         for line in self._latch.fallbacks.arm(names, readings, self._parts.service.tags):
             self._parts.alarms.say("arming", line, Priority.MEDIUM, now_s)
+        if message.tried is not True:
+            self._latch.fallbacks.armed = ""
         self._time.arm(by_s, now_s)

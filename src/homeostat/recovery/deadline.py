@@ -35,10 +35,22 @@ def first_violated_s(idle: Rollout, limits: Limits) -> float:
     """Process time until a hard limit trips in any member; at once where the twin cannot say [s]."""
     if idle.result is not RolloutResult.COMPLETED:
         return 0.0
-    first = math.inf
+    return min((violated_s for violated_s, _ in _violated(idle, limits)), default=math.inf)
+
+
+def endangered(idle: Rollout, limits: Limits) -> tuple[str, ...]:
+    """Names of the hard limits that trip without action in any member, the first one first; none where nobody knows."""
+    if idle.result is not RolloutResult.COMPLETED:
+        return ()
+    return tuple(name for _, name in sorted(_violated(idle, limits), key=lambda found: found[0]))
+
+
+def _violated(idle: Rollout, limits: Limits) -> list[tuple[float, str]]:
+    """Process time until it trips [s] and name, of every hard limit that does."""
+    found = []
     for limit in limits.hard:
         margins = limit.watched.margins(idle.trajectory.signals, idle.trajectory.dt_s)
         violated = np.flatnonzero(~(margins >= 0.0).all(axis=0))  # undecided is not kept
         if violated.size:
-            first = min(first, float(violated[0]) * idle.trajectory.dt_s)
-    return first
+            found.append((float(violated[0]) * idle.trajectory.dt_s, limit.name))
+    return found

@@ -87,7 +87,7 @@ class Armed:
     act_by_s: float | None
     """Process time at which the first one acts unless something was released [s]; None for no such time."""
     named: bool = True
-    """Whether recovery named the one in front; else the tables put it there, and one that serves a limit goes first."""
+    """Whether recovery has tried the one in front on its twin; else one that serves a limit that trips goes first."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,9 @@ class Tripped:
     """One sentence."""
     acted: bool
     """Whether a fallback follows; in observe and advise a trip is an alarm."""
+    seen: bool = True
+    """Whether anything has shown that it is violated; False where it only cannot be judged. It is told again where that
+    is seen later."""
 
 
 @dataclass(frozen=True, slots=True)

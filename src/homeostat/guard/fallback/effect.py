@@ -2,7 +2,9 @@
 
 The margin is followed over one period after another, each as long as the tables say that the strategy needs. In each
 it must rise by more than its own noise: the slope of the least-squares line must be more than three times its standard
-error. So the slowest return counts, and a reading that stands still does not. What cannot be judged has not improved.
+error. So the slowest return counts, and a reading that stands still does not. What was violated and cannot be judged
+any more has not improved. Of what nothing has shown to be violated nobody knows whether a strategy helps, and that is
+no evidence that it does not: no other strategy makes a reading readable.
 """
 
 from __future__ import annotations
@@ -125,7 +127,7 @@ class EffectWatch:
         self, now_s: float, strategy: FallbackStrategy, violations: Iterable[Violation]
     ) -> tuple[str, str] | None:
         """The first limit whose time is over and that ``strategy`` has not helped, and a sentence; None for none."""
-        violated = {v.limit: v for v in violations}
+        violated = {v.limit: v for v in violations if v.seen}
         self._periods = {name: p for name, p in self._periods.items() if name in violated}
         found = None
         for name, violation in violated.items():

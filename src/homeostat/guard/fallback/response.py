@@ -17,6 +17,7 @@ class Response:
         """``latch``: the fallback."""
         self._parts, self._latch = parts, latch
         self._violated = self._before = self._answered = self._returned = self._told = frozenset[str]()
+        self._unseen = self._asked = frozenset[str]()
         self._unanswered: dict[str, str] = {}
         self._effects = EffectWatch(parts.rules.fallbacks, parts.rules.timing)
         self._strategy: str | None = None
@@ -26,14 +27,14 @@ class Response:
         self._before = trial.violated
         if latched:
             self._strategy = trial.acted or None
-            self._answered, self._returned = trial.answered, trial.returned
+            self._answered, self._returned = trial.answered - trial.unseen, trial.returned
             self._effects.restore(trial.effects)
 
     def take(self, violations: tuple[Violation, ...], now_s: float, readings: Snapshot | None, acts: bool) -> None:
         """Journal what is newly violated; ``acts``: whether somebody may write, so that a fallback may follow."""
         names = frozenset(v.limit for v in violations)
         for violation in violations:
-            if violation.limit not in self._violated:
+            if violation.limit not in self._violated or (violation.seen and violation.limit in self._unseen):
                 self._begin(violation, now_s, acts)
         for name in sorted(self._violated - names):
             self._parts.alarms.return_(f"trip:{name}", now_s)
@@ -43,7 +44,7 @@ class Response:
             self._parts.alarms.say(f"trip:{name}", f"{name}: {text}", Priority.CRITICAL, now_s)
         ended, self._before = (self._violated | self._before) - names, frozenset()
         self._answered -= ended  # one that the dead guard had answered and that comes back is answered by the next
-        self._violated = names
+        self._violated, self._unseen = names, frozenset(v.limit for v in violations if not v.seen)
         strategy = self._latch.strategy.name if self._latch.strategy else None
         if strategy != self._strategy or not self._latch.standing or self._parts.tenure.lost:
             # what the plant's own control has done in a lapse is put right before anything is said of the strategy
@@ -55,14 +56,15 @@ class Response:
         elif self._latch.standing:
             self._returned |= ended
             self._under_fallback(violations, now_s, readings, acts)
+        self._tell_unseen(violations, now_s)
 
     def _begin(self, violation: Violation, now_s: float, acts: bool) -> None:
-        event = Tripped(violation.limit, violation.margin, violation.unit, violation.reason, acts)
+        event = Tripped(violation.limit, violation.margin, violation.unit, violation.reason, acts, violation.seen)
         self._parts.note(event, now_s)
         self._parts.alarms.raise_(f"trip:{violation.limit}", violation.reason, Priority.CRITICAL, now_s)
         if violation.jumped and self._latch.reason is None:
             self._latch.fallbacks.rank(())  # whoever ranked them knew nothing of this: the tables' order counts
-        if violation.limit not in self._answered:
+        if violation.seen and violation.limit not in self._answered:
             self._unanswered[violation.limit] = violation.reason
 
     def _under_fallback(
@@ -88,6 +90,18 @@ class Response:
             if not self._latch.escalate(self._answer(), reason, now_s, readings, self._violated):
                 text = f"no other fallback is left: {reason}"
                 self._parts.alarms.raise_("fallbacks", text, Priority.CRITICAL, now_s)
+
+    def _tell_unseen(self, violations: tuple[Violation, ...], now_s: float) -> None:
+        """A limit that cannot be judged has no other fallback act: a person must look whether this one helps."""
+        alarms, latch = self._parts.alarms, self._latch
+        acted = latch.strategy.name if latch.strategy is not None and latch.standing else ""
+        asked = {v.limit: v.reason for v in violations if acted and not v.seen}
+        for name in sorted(self._asked - asked.keys()):
+            alarms.return_(f"unseen:{name}", now_s)
+        for name, reason in asked.items():
+            text = f"whether {acted!r} helps cannot be seen, a person must look; no other fallback is tried for that"
+            alarms.raise_(f"unseen:{name}", f"{text}: {reason}", Priority.CRITICAL, now_s)
+        self._asked = frozenset(asked)
 
     def _answer(self) -> frozenset[str]:
         """The violated limits that nothing answers yet; what acts next is chosen against them."""

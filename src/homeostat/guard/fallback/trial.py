@@ -29,7 +29,9 @@ class Trial:
     """Where the fallbacks and the limits that they act against stood when the journal ends."""
 
     ranked: tuple[str, ...] = ()
-    """Names of the strategies as recovery named them, the others behind; empty where it named none."""
+    """Names of the strategies in the order in which they act; empty where nobody has ranked them."""
+    named: bool = False
+    """Whether recovery wants the one in front first whatever trips."""
     acted: str = ""
     """Strategy that acted last; empty where none has since the last reset."""
     stands: bool = False
@@ -38,6 +40,8 @@ class Trial:
     """Strategies that had their turn in the present round."""
     violated: frozenset[str] = frozenset()
     """Limits that were violated at last."""
+    unseen: frozenset[str] = frozenset()
+    """Those of them that nothing has shown to be violated: they cannot be judged."""
     answered: frozenset[str] = frozenset()
     """Limits against which a strategy was chosen, and that have not come back since."""
     returned: frozenset[str] = frozenset()
@@ -97,8 +101,20 @@ def _returned(trial: Trial, fields: Mapping[str, Any]) -> Trial:
         return trial
     name = alarm.removeprefix(_TRIP)
     returned = trial.returned | {name} if trial.stands else trial.returned
-    trial = replace(trial, violated=trial.violated - {name}, answered=trial.answered - {name}, returned=returned)
+    trial = replace(
+        trial,
+        violated=trial.violated - {name},
+        unseen=trial.unseen - {name},
+        answered=trial.answered - {name},
+        returned=returned,
+    )
     return _without_effect(trial, {"limit": name})
+
+
+def _tripped(trial: Trial, fields: Mapping[str, Any]) -> Trial:
+    name = str(fields["limit"])
+    unseen = trial.unseen - {name} if fields.get("seen", True) else trial.unseen | {name}
+    return replace(trial, violated=trial.violated | {name}, unseen=unseen)
 
 
 def _without_effect(trial: Trial, fields: Mapping[str, Any]) -> Trial:
@@ -117,8 +133,8 @@ def _lift_ended(trial: Trial, fields: Mapping[str, Any]) -> Trial:
 
 
 _FOLDS: Mapping[str, Any] = {
-    "armed": lambda t, f: replace(t, ranked=tuple(map(str, f["strategies"])) if f.get("named", True) else ()),
-    "tripped": lambda t, f: replace(t, violated=t.violated | {str(f["limit"])}),
+    "armed": lambda t, f: replace(t, ranked=tuple(map(str, f["strategies"])), named=bool(f.get("named", True))),
+    "tripped": _tripped,
     "alarm-returned": _returned,
     "write-intended": _intended,
     "fallback-activated": _fell_back,
@@ -129,7 +145,7 @@ _FOLDS: Mapping[str, Any] = {
     "lease-lost": lambda t, f: replace(t, returned=frozenset(), effects={}),
     "shed": lambda t, f: replace(t, stands=False, tried=frozenset(), returned=frozenset(), effects={}),
     "latched": lambda t, f: t if t.acted else replace(t, answered=t.violated),
-    "latch-reset": lambda t, f: Trial(violated=t.violated, lifting=t.lifting, lifted=t.lifted),
+    "latch-reset": lambda t, f: Trial(violated=t.violated, unseen=t.unseen, lifting=t.lifting, lifted=t.lifted),
     "reading-jumped": lambda t, f: replace(t, jumped={**t.jumped, str(f["tag"]): float(f["by"])}),
     "start-up-ended": lambda t, f: replace(t, jumped={}),
     "trip-lifted": lambda t, f: replace(t, lifting={**t.lifting, str(f["limit"]): float(f["until_s"])}),

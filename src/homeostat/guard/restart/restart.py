@@ -28,6 +28,8 @@ class Restart:
         self._latched = memory.latched is not None
         self._overtaken = False
         latch.fallbacks.rank(memory.trial.ranked)
+        if not memory.trial.named:
+            latch.fallbacks.armed = ""
         self.released = False
         """Whether a request was being written when the guard died, and the plant holds it."""
         if memory.latched is not None:

@@ -21,7 +21,7 @@ from homeostat.guard.fallback.trial import Trial
 from homeostat.guard.watch.falls import Falls
 from homeostat.guard.watch.jumps import Jumps
 from homeostat.guard.watch.start_up import StartUpPhase
-from homeostat.guard.watch.violations import Errors, Violation, corrected_margin, margin_of, violation
+from homeostat.guard.watch.violations import Errors, Violation, corrected_margin, margin_of, unreadable, violation
 from homeostat.stl.formula import Formula
 
 NEAR = 0.5
@@ -125,7 +125,9 @@ class TripWatch:
         self._jumps.remember(trial.jumped)
         for name, watched in self._watched.items():
             watched.lifted_s = trial.lifted_s(name, self._trips[name].lift_s, now_s)
-            if name in trial.violated:
+            if name in trial.unseen:
+                watched.blind_s = self._trips[name].grace_s  # the next tick without a reading is one too many
+            elif name in trial.violated:
                 watched.raw = watched.corrected = self._trips[name].cusum
                 watched.violated = True
 
@@ -183,7 +185,7 @@ class TripWatch:
         watched, rule, limit = self._watched[name], self._trips[name], self._in_force(name)
         values = {} if readings is None else readings.values
         said = margin_of(limit.watched, values)
-        blind = _blind(limit, rule, watched, said, dt_s)
+        blind = _blind(limit, rule, watched, said, dt_s, readings)
         uncertain = not math.isnan(said) and readings is not None and bool(limit.formula.tags & readings.uncertain)
         unbelieved = uncertain or self._has_fallen(watched, rule, said, values, now_s)
         watched.doubted_s = _used(watched.doubted_s, dt_s, rule.grace_s, unbelieved)
@@ -339,13 +341,20 @@ def _carrier(rule: TripRule, watched: _Watched) -> Formula | None:
     return rule.fallen if watched.fell and rule.fallen is not None else rule.carrier
 
 
-def _blind(limit: Limit, rule: TripRule, watched: _Watched, said: float, dt_s: float) -> Violation | None:
-    """A limit that cannot be judged is violated after its grace time; counted in ticks, should the clock stand."""
+def _blind(
+    limit: Limit, rule: TripRule, watched: _Watched, said: float, dt_s: float, readings: Snapshot | None
+) -> Violation | None:
+    """A limit that cannot be judged is violated after its grace time; counted in ticks, should the clock stand.
+
+    It is seen to be violated where it was so, or on its way to a trip, when its reading was lost.
+    """
     watched.blind_s = _used(watched.blind_s, dt_s, rule.grace_s, math.isnan(said))
     if watched.blind_s <= rule.grace_s:
         return None
     text = f"{limit.formula.text!r} could not be judged for {watched.blind_s:g} s; {rule.grace_s:g} s are allowed"
-    return Violation(rule.limit, math.nan, limit.formula.unit, f"{text} ({rule.limit})")
+    text = f"{text}: {unreadable(limit.formula, readings)} ({rule.limit})"
+    seen = watched.violated or watched.said > 0.0
+    return Violation(rule.limit, math.nan, limit.formula.unit, text, seen)
 
 
 def _used(before_s: float, dt_s: float, grace_s: float, uses: bool) -> float:

@@ -6,11 +6,14 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from homeostat.domain.plant.limits import Limit
+from homeostat.domain.snapshot import Snapshot
 from homeostat.stl.deciding import amount
 from homeostat.stl.formula import Formula
 
 Errors: TypeAlias = Mapping[str, float]
 """Tag -> reading minus truth, in the tag's unit."""
+MOST_TOLD = 3
+"""Most readings of one limit of which it is said why they have no value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +28,8 @@ class Violation:
     """Unit of the margin."""
     reason: str
     """One sentence."""
+    seen: bool = True
+    """Whether anything has shown that it is violated; False where it only cannot be judged: then nobody knows."""
     jumped: bool = False
     """Whether it is violated only if a reading that has jumped was right before: no diagnosis knows of it."""
 
@@ -61,6 +66,19 @@ def violation(limit: Limit, watched: float, values: Mapping[str, float]) -> Viol
     if margin >= 0.0:
         return Violation(name, margin, unit, f"{text} was violated and holds by no more than {size} ({name})")
     return Violation(name, margin, unit, f"{text} is violated by {size} ({name})")
+
+
+def unreadable(formula: Formula, readings: Snapshot | None) -> str:
+    """Why ``formula`` cannot be judged on ``readings``: which tags have no value, and since when one stands still."""
+    if readings is None:
+        return "no sample has come"
+    lacking = [t for t in sorted(formula.tags) if t in readings.bad or math.isnan(readings.values.get(t, math.nan))]
+    found = []
+    for tag in lacking[:MOST_TOLD]:
+        why = readings.reasons.get(tag, f"{tag!r} has no value")
+        found.append(f"{why} since {readings.frozen_s[tag]:g} s" if tag in readings.frozen_s else why)
+    more = len(lacking) - len(found)
+    return "; ".join((*found, f"and {more} more") if more else found) or "its formula gives no value"
 
 
 def _size(formula: Formula, values: Mapping[str, float], margin: float) -> str:
