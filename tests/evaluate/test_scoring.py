@@ -226,11 +226,10 @@ def test_where_there_is_no_product_none_is_missing() -> None:
 
 @pytest.mark.parametrize("unknown", range(2))
 def test_what_is_not_known_is_no_product(unknown: int) -> None:
-    runs = [made([1.0] * 99 + [math.nan if k == unknown else 1.0]) for k in range(2)]
-    assert not has_product(*runs, ["product"])
-    assert not has_product(HEALTHY, HEALTHY, [])
+    run, sound = (made([1.0] * 99 + [math.nan if k == unknown else 1.0]) for k in range(2))
+    assert not has_product(run, sound, ["product"]) and not delivers_at_end(run, sound, ["product"], 20.0)
+    assert not has_product(HEALTHY, HEALTHY, []) and not delivers_at_end(HEALTHY, HEALTHY, [], 20.0)
     assert math.isnan(production_loss(HEALTHY, HEALTHY, [], 20.0))
-    assert not delivers_at_end(*runs, ["product"], 20.0) and not delivers_at_end(HEALTHY, HEALTHY, [], 20.0)
 
 
 def delivered(*stretches: tuple[float, int]) -> Trajectory:
