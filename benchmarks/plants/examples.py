@@ -50,9 +50,9 @@ one that has them.
 FAULTS = """
 Every fault at the size that its table calls typical, seed 1, from the moment on that the plant's settings state,
 thinking declared as one second, the true plant with the equations of the model and its own parameters. *Held*:
-nothing is produced, and the plant may go on when it is repaired. *Needless action*: no limit would have been violated
-with nobody acting, and no more would be lost. A negative loss is more than by design. *Looked after*: neither was a
-limit left, nor did the fallback have to act; {fallbacks}.
+next to nothing is produced, and the plant may go on when it is repaired. *Needless action*: no limit would have been
+violated with nobody acting, and it would have cost no more. A negative loss is more than by design. *Looked after*:
+neither was a limit left, nor did the fallback have to act; {fallbacks}.
 """
 ROWS = """
 ### {title}

@@ -16,7 +16,7 @@ from homeostat.domain.recovery import ActionSet, Command
 from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.proposing import Proposing
-from homeostat.evaluate.reference.alternatives import as_usual, avoidable, diverted, needless, released_set
+from homeostat.evaluate.reference.alternatives import as_usual, avoidable, diverted, released_set
 from homeostat.evaluate.reference.unsupervised import unsupervised
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run, run_steered
@@ -81,16 +81,6 @@ def test_diverted_only_from_its_time_on() -> None:
     assert (ours.signals["F1"][0, after] < 0.001).all() and (alone.signals["F1"][0, after] > 0.02).all()
 
 
-def test_leaving_alone_is_enough_where_nothing_is_wrong() -> None:
-    truth = unsupervised(reactor(), QUIET).truth
-    assert needless(reactor(), QUIET, truth, STARTED_S)
-
-
-def test_acting_is_needed_where_a_limit_would_be_violated() -> None:
-    truth = diverted(reactor(), STUCK, 1454.0, stop_feed(), aborting=True)
-    assert truth is not None and not needless(reactor(), STUCK, truth, 1450.0)
-
-
 def test_acting_is_needed_where_leaving_alone_loses_more() -> None:
     """A pump that has failed violates no limit; its batch never ends."""
     result, _ = batch()
@@ -147,13 +137,6 @@ def test_an_unnoticed_fault_that_violates_a_limit_and_passes_is_not_detected() -
 def test_an_unnoticed_fault_that_violates_nothing_is_no_action() -> None:
     mild = scenario(reactor(), "temp_bias", 1, 1450.0, 0.5, 2000.0)
     assert outcome_of(mild, 9999.0).outcome is Outcome.NO_ACTION
-
-
-@pytest.mark.wide
-def test_a_release_on_a_plant_that_cools_too_well_is_needless() -> None:
-    chosen = scenario(reactor(), "cool_stuck_open", 1, 1450.0, None, 1650.0)
-    result = run(reactor(), chosen, clock=DeclaredClock(1.0))
-    assert result.released_s is not None and result.outcome is Outcome.NEEDLESS_ACTION and not result.good
 
 
 def test_a_line_that_is_blocked_is_held() -> None:

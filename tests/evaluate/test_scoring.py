@@ -11,18 +11,19 @@ import pytest
 from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.plant.production import Production
 from homeostat.domain.plant.rules import StartUp
+from homeostat.domain.plant.timing import Timing
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
 from homeostat.evaluate.score.scoring import (
     CALM_S,
+    DELIVERED_S,
     RETURN_S,
-    SAME_LOSS,
+    delivers_at_end,
     exposures,
     fed_at_end,
     has_product,
     inside_at_end,
     kept_until,
-    loses_no_more,
     outside_after,
     production_loss,
     worse,
@@ -223,28 +224,50 @@ def test_where_there_is_no_product_none_is_missing() -> None:
     assert has_product(made([0.0] * 100), made([0.0] * 100), ["product"])
 
 
-@pytest.mark.parametrize(
-    ("loss", "other", "no_more"),
-    [(0.1, 0.1, True), (0.105, 0.1, True), (0.1051, 0.1, False), (0.0, 0.5, True), (0.5, 0.0, False)],
-)
-def test_losses_within_half_a_percent_are_the_same(loss: float, other: float, no_more: bool) -> None:
-    runs = made([1.0 - loss] * 100), made([1.0 - other] * 100)
-    assert SAME_LOSS == 0.005 and loses_no_more(*runs, HEALTHY, ["product"], 20.0) is no_more
-
-
-@pytest.mark.parametrize(("rate", "other", "no_more"), [(0.0, 0.0, True), (0.2, 0.1, True), (0.1, 0.2, False)])
-def test_where_nothing_would_have_been_made_what_was_made_decides(rate: float, other: float, no_more: bool) -> None:
-    idle = made([0.0] * 100)
-    assert loses_no_more(made([rate] * 100), made([other] * 100), idle, ["product"], 20.0) is no_more
-
-
-@pytest.mark.parametrize("unknown", range(3))
-def test_what_is_not_known_is_never_no_more_and_no_product(unknown: int) -> None:
-    runs = [made([1.0] * 99 + [math.nan if k == unknown else 1.0]) for k in range(3)]
-    assert not loses_no_more(*runs, ["product"], 20.0)
-    assert has_product(runs[0], runs[2], ["product"]) is (unknown == 1)
-    assert not loses_no_more(HEALTHY, HEALTHY, HEALTHY, [], 20.0) and not has_product(HEALTHY, HEALTHY, [])
+@pytest.mark.parametrize("unknown", range(2))
+def test_what_is_not_known_is_no_product(unknown: int) -> None:
+    run, sound = (made([1.0] * 99 + [math.nan if k == unknown else 1.0]) for k in range(2))
+    assert not has_product(run, sound, ["product"]) and not delivers_at_end(run, sound, ["product"], 20.0)
+    assert not has_product(HEALTHY, HEALTHY, []) and not delivers_at_end(HEALTHY, HEALTHY, [], 20.0)
     assert math.isnan(production_loss(HEALTHY, HEALTHY, [], 20.0))
+
+
+def delivered(*stretches: tuple[float, int]) -> Trajectory:
+    """What has left at rates that each last so many samples."""
+    return truth(product=np.cumsum(np.concatenate([np.full(count, rate) for rate, count in stretches])))
+
+
+WELL = delivered((1.0, 1000))
+
+
+@pytest.mark.parametrize(("rate", "delivers"), [(0.25, True), (0.249, False), (0.0, False), (1.0, True), (2.0, True)])
+def test_less_than_a_quarter_of_what_is_delivered_without_a_fault_is_next_to_nothing(
+    rate: float, delivers: bool
+) -> None:
+    run = delivered((1.0, 1000 - int(DELIVERED_S)), (rate, int(DELIVERED_S)))
+    assert delivers_at_end(run, WELL, ["product"], 20.0) is delivers
+
+
+def test_what_was_delivered_before_the_end_does_not_count_and_what_is_kept_back_for_a_while_does() -> None:
+    assert not delivers_at_end(delivered((5.0, 700), (0.0, 300)), WELL, ["product"], 20.0)
+    assert delivers_at_end(delivered((0.0, 900), (1.0, 100)), WELL, ["product"], 20.0)
+
+
+def test_a_run_that_ends_soon_after_its_onset_is_judged_from_the_onset_on() -> None:
+    """Full load before the onset is no delivery after it."""
+    assert not delivers_at_end(delivered((1.0, 850), (0.1, 150)), WELL, ["product"], 850.0)
+    assert delivers_at_end(delivered((1.0, 850), (0.1, 150)), WELL, ["product"], 700.0)
+
+
+def test_where_nothing_leaves_a_sound_plant_nothing_has_to() -> None:
+    idle = delivered((0.0, 1000))
+    assert delivers_at_end(idle, idle, ["product"], 20.0)
+
+
+def test_a_slow_plant_is_judged_over_a_longer_time() -> None:
+    run = delivered((1.0, 600), (0.0, 400))
+    slow = Timing(response_s=750.0)
+    assert not delivers_at_end(run, WELL, ["product"], 20.0) and delivers_at_end(run, WELL, ["product"], 20.0, slow)
 
 
 def test_seconds_outside_are_those_of_hard_limits_after_a_time() -> None:

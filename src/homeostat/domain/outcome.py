@@ -15,13 +15,14 @@ class Outcome(StrEnum):
     NOT_DETECTED = "not_detected"
     """A fault that violates a limit was never detected."""
     NEEDLESS_ACTION = "needless_action"
-    """Something was released although leaving alone keeps every hard limit and loses no more production."""
+    """Something was released although leaving alone keeps every hard limit and costs no more, in the plant's currency:
+    what was done gained nothing by the prices that decisions go by, soft criteria and releases included."""
     RECOVERED = "recovered"
-    """Something was released, and the plant produces: its batch is complete, or it is fed at the end."""
+    """Something was released, and the plant produces: its batch is complete, or at the end it is fed and delivers."""
     NO_ACTION = "no_action"
     """Nothing was released: no request was written, not even in part or in vain."""
     HELD = "held"
-    """Something was released, and the plant is safe but does not produce."""
+    """Something was released, and the plant is safe but produces nothing, or next to nothing, at the end."""
 
     @property
     def good(self) -> bool:

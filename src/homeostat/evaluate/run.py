@@ -66,6 +66,9 @@ class Run:
     """Those from the notice that led to the first action until that action; all where nothing was done [s]."""
     wall_s: float
     """Wall-clock seconds of the whole run [s]."""
+    cost_alone: Cost | None = None
+    """What leaving the plant alone would have cost over the same time, in its currency; None where nothing was
+    released, the fallback acted, or a plant that is left alone leaves the physical world."""
     transcript: tuple[TranscriptEntry, ...] = ()
     """What a language model answered, in order."""
     texts: MemoryArchive = field(default_factory=MemoryArchive)
@@ -141,7 +144,8 @@ class Run:
             min_margin=finite(self.min_margin),
             limit_exposure_s=self.exposures,
             production_loss=finite(self.production_loss),
-            cost=self.cost if math.isfinite(self.cost.total) else None,
+            cost=_known(self.cost),
+            cost_alone=_known(self.cost_alone),
             currency=self.plant.prices.currency,
             state=self.state,
             complete_s=self.complete_s,
@@ -190,6 +194,10 @@ class Run:
             if directory.missing:
                 raise OSError(f"the record in {str(directory.path)!r} is incomplete: {directory.missing}")
         return Path(folder)
+
+
+def _known(cost: Cost | None) -> Cost | None:
+    return cost if cost is not None and math.isfinite(cost.total) else None
 
 
 def finite(value: float | None) -> float | None:

@@ -17,11 +17,19 @@ from homeostat.evaluate.local_control import LocalControl, Told
 from homeostat.evaluate.operation import Operation
 from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.resumption import Past
+from homeostat.evaluate.reference.left_alone import left_alone
 from homeostat.evaluate.reference.unsupervised import fault_free, once, open_process, watch
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.costs import run_cost
-from homeostat.evaluate.score.outcome import completion_s, facts_of, limits_of, outcome
+from homeostat.evaluate.score.outcome import (
+    completion_s,
+    facts_of,
+    intervened,
+    limits_of,
+    outcome,
+    priced_from_s,
+)
 from homeostat.evaluate.score.scoring import exposures, production_loss
 from homeostat.evaluate.thinking_time import ThinkingTime
 from homeostat.evaluate.transcript import TranscribedModel
@@ -212,21 +220,24 @@ def _score(
     times = [*(at_s for at_s, _ in record.diagnosed), *record.tripped_s]
     reports = [at_s for at_s in times if onset_s is None or at_s >= onset_s]
     detected_s = min(reports, default=None)
-    started_s = record.started_s(truth.start_s)
-    from_s = started_s if onset_s is None else onset_s
+    from_s = priced_from_s(scenario, record, truth)
+    cost = run_cost(plant, truth, healthy.truth, from_s, record.states, len(record.released))
+    alone = left_alone(plant, scenario, healthy.truth, from_s) if intervened(plant, record) else None
+    needless = alone is not None and alone.makes_needless(cost)
     return Run(
         plant=plant,
         scenario=scenario,
         record=record,
         truth=truth,
         measured=process.measured(),
-        outcome=outcome(facts_of(plant, scenario, record, truth, force, detected_s)),
+        outcome=outcome(facts_of(plant, scenario, record, truth, detected_s, needless)),
         detected_s=detected_s,
         false_alarm=bool(record.diagnosed) if onset_s is None else len(reports) < len(record.diagnosed),
         exposures=exposures(truth, force, detected_s),
         force=force,
         production_loss=production_loss(truth, healthy.truth, plant.delivered, from_s),
-        cost=run_cost(plant, truth, healthy.truth, from_s, record.states, len(record.released)),
+        cost=cost,
+        cost_alone=None if alone is None else alone.cost,
         complete_s=completion_s(plant, record.states),
         nominal_s=completion_s(plant, healthy.states),
         totals={name: float(truth.signals[v][0, -1]) for name, v in plant.totals.items()},

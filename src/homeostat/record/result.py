@@ -122,6 +122,9 @@ class Result:
     """What the run cost from the onset on; None in results that are older than prices, or where it is not known."""
     currency: str = ""
     """What that is in."""
+    cost_alone: Cost | None = None
+    """What leaving the plant alone would have cost over the same time; None where nothing was released, the fallback
+    acted, it is not known, or in results that are older."""
 
     @property
     def good(self) -> bool:
@@ -159,6 +162,7 @@ class Result:
                 },
                 "production_loss": self.production_loss,
                 "cost": None if self.cost is None else _cost(self.cost, self.currency),
+                "cost_alone": None if self.cost_alone is None else _cost(self.cost_alone, self.currency),
                 "state": self.state,
                 "complete_s": self.complete_s,
                 "nominal_s": self.nominal_s,
@@ -196,6 +200,7 @@ def read_result(run_dir: Path) -> Result | None:
                 "actions": tuple(Command(**item) for item in content["actions"]),
                 "probes": tuple(map(_probe, content.get("probes", ()))),
                 **_read_cost(content.get("cost")),
+                "cost_alone": _read_cost(content.get("cost_alone"))["cost"],
                 "limit_exposure_s": tuple(
                     Exposure(name, e["from_detection"] or 0.0, e["total"]) for name, e in exposure.items()
                 ),

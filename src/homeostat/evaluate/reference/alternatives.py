@@ -1,4 +1,4 @@
-"""What else would have come of a run: nobody acting, a fallback or the first release at detection, on the true plant.
+"""What else would have come of a run: a fallback or the first release at detection, on the true plant.
 
 Each alternative meets the very faults, parameters and noise of the run; no agent may see any of them.
 """
@@ -11,17 +11,10 @@ from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.snapshot import Trajectory
-from homeostat.evaluate.reference.unsupervised import (
-    Unsupervised,
-    fault_free,
-    once,
-    open_process,
-    unsupervised,
-    watch,
-)
+from homeostat.evaluate.reference.unsupervised import Unsupervised, once, open_process, watch
 from homeostat.evaluate.scenario import Scenario
-from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
-from homeostat.evaluate.score.scoring import kept_until, loses_no_more, outside_after, worse
+from homeostat.evaluate.score.limits_in_force import LimitsInForce
+from homeostat.evaluate.score.scoring import kept_until, outside_after, worse
 from homeostat.guard.sequence.sequencer import nominal_route
 from homeostat.plants.plant import Plant
 from homeostat.plants.wired.assembly import fallbacks, new_sequencer
@@ -54,18 +47,6 @@ def avoidable(
         if until is not None and worse(outside, until):
             return True
     return False
-
-
-def needless(plant: Plant, scenario: Scenario, truth: Trajectory, from_s: float) -> bool:
-    """Whether leaving alone keeps every hard limit and loses no more of the production after ``from_s`` [s]."""
-    try:
-        alone = unsupervised(plant, scenario)
-    except ProcessError:
-        return False
-    if outside_after(alone.truth, in_force(plant.description, alone.states, alone.truth.start_s)):
-        return False
-    healthy = fault_free(plant, scenario).truth
-    return loses_no_more(alone.truth, truth, healthy, plant.delivered, from_s)
 
 
 def as_usual(plant: Plant, states: Sequence[str]) -> bool:

@@ -5,11 +5,17 @@ from dataclasses import dataclass
 
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.snapshot import Trajectory
-from homeostat.evaluate.reference.alternatives import as_usual, avoidable, needless, released_set
-from homeostat.evaluate.reference.unsupervised import Unsupervised, fault_free
+from homeostat.evaluate.reference.alternatives import as_usual, avoidable, released_set
+from homeostat.evaluate.reference.unsupervised import fault_free
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.score.limits_in_force import LimitsInForce, in_force
-from homeostat.evaluate.score.scoring import exposures, fed_at_end, has_product, inside_at_end
+from homeostat.evaluate.score.scoring import (
+    delivers_at_end,
+    exposures,
+    fed_at_end,
+    has_product,
+    inside_at_end,
+)
 from homeostat.plants.plant import Plant
 from homeostat.record.run_record import RunRecord
 
@@ -29,9 +35,9 @@ class Facts:
     released: bool
     """Something was released: the guard has begun to write a request, whatever became of it."""
     needless: bool
-    """Leaving alone keeps every hard limit and loses no more production."""
+    """Leaving alone keeps every hard limit and costs no more."""
     produces: bool
-    """The batch is complete with its product; a plant that knows no end is fed at the end."""
+    """The batch is complete with its product; a plant that knows no end is fed at the end, and delivers."""
 
 
 def outcome(facts: Facts) -> Outcome:
@@ -54,15 +60,11 @@ def facts_of(
     scenario: Scenario,
     record: RunRecord,
     truth: Trajectory,
-    force: LimitsInForce,
     detected_s: float | None,
+    needless: bool,
 ) -> Facts:
-    """The facts of a run; ``force``: its :func:`limits_of`, ``detected_s``: first report from the onset on [s]."""
-    healthy, onset_s = fault_free(plant, scenario), scenario.onset_s
-    started_s = record.started_s(truth.start_s)
-    released = record.released
-    usual = record.stepwise and as_usual(plant, [state for state, _ in record.states])
-    written = bool(released) and not record.fallbacks and not usual
+    """The facts of a run; ``detected_s``: first report from the onset on [s], ``needless``: by what it cost."""
+    onset_s, released, force = scenario.onset_s, record.released, limits_of(plant, record, truth)
     return Facts(
         avoidable=detected_s is not None
         and avoidable(
@@ -79,9 +81,20 @@ def facts_of(
         and detected_s is None
         and any(e.from_detection_s > 0.0 for e in exposures(truth, force, onset_s)),
         released=bool(released),
-        needless=written and needless(plant, scenario, truth, started_s if onset_s is None else onset_s),
-        produces=_produces(plant, record, truth, healthy),
+        needless=needless,
+        produces=_produces(plant, scenario, record, truth),
     )
+
+
+def intervened(plant: Plant, record: RunRecord) -> bool:
+    """Whether something was written that the recipe would not have, and no fallback acted."""
+    usual = record.stepwise and as_usual(plant, [state for state, _ in record.states])
+    return bool(record.released) and not record.fallbacks and not usual
+
+
+def priced_from_s(scenario: Scenario, record: RunRecord, truth: Trajectory) -> float:
+    """When production and cost begin to count: at the onset; without one, when the plant left start-up [s]."""
+    return record.started_s(truth.start_s) if scenario.onset_s is None else scenario.onset_s
 
 
 def limits_of(plant: Plant, record: RunRecord, truth: Trajectory) -> LimitsInForce:
@@ -101,8 +114,14 @@ def _ends(plant: Plant) -> set[str]:
     return {s.name for s in machine.states if s.recovery_target and machine.is_end(s.name, machine.recovery_event)}
 
 
-def _produces(plant: Plant, record: RunRecord, truth: Trajectory, healthy: Unsupervised) -> bool:
-    """Whether the batch is complete with its product; a plant that knows no batch is fed at the end."""
-    if not _ends(plant):
-        return fed_at_end(truth, plant.production, plant.description.timing)
-    return completion_s(plant, record.states) is not None and has_product(truth, healthy.truth, plant.delivered)
+def _produces(plant: Plant, scenario: Scenario, record: RunRecord, truth: Trajectory) -> bool:
+    """Whether the batch is complete with its product; a plant that knows no batch is fed at the end, and delivers.
+
+    Of what is delivered, a tag is what is still in the plant: a vessel that is filled, or emptied, is no product.
+    """
+    healthy, timing = fault_free(plant, scenario).truth, plant.description.timing
+    if _ends(plant):
+        return completion_s(plant, record.states) is not None and has_product(truth, healthy, plant.delivered)
+    leaving = [name for name in plant.delivered if name not in plant.description.tags_by_name] or plant.delivered
+    from_s = priced_from_s(scenario, record, truth)
+    return fed_at_end(truth, plant.production, timing) and delivers_at_end(truth, healthy, leaving, from_s, timing)

@@ -20,10 +20,10 @@ HEADLINES: Final = {
     Outcome.LIMIT_VIOLATED: "Limit violated: a hard limit was not kept that could have been, or is not at the end.",
     Outcome.FALLBACK: "Fallback: the plant is in its safe state, and the operator must act.",
     Outcome.NOT_DETECTED: "Not detected: a fault violated a limit and nothing was detected.",
-    Outcome.NEEDLESS_ACTION: "Needless action: left alone, the plant keeps its limits and loses no more.",
+    Outcome.NEEDLESS_ACTION: "Needless action: left alone, the plant keeps its limits and costs no more.",
     Outcome.RECOVERED: "Recovered: the plant produces inside its limits.",
     Outcome.NO_ACTION: "No action: nothing was released.",
-    Outcome.HELD: "Held: the plant is safe but does not produce.",
+    Outcome.HELD: "Held: the plant is safe but produces next to nothing.",
 }
 
 
@@ -51,6 +51,8 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
         yield _row("Production", f"{100 * result.production_loss:.1f} % lost since {since}")
     if result.cost is not None:
         yield _row("Cost", _cost(result.cost, result.currency))
+    if result.cost_alone is not None:
+        yield _row("Left alone", _alone(result.cost_alone, result.currency, plant))
     if result.nominal_s is not None:
         yield _row("Batch", _batch(result, plant))
     if result.steps is not None:
@@ -137,6 +139,13 @@ def _cost(cost: Cost, currency: str) -> str:
     most = ", ".join(f"{item.name} {item.amount:.1f}" for item in items[:4])
     share = f" ({100 * cost.share:.1f} % of what is made by design)" if cost.worth > 0.0 else ""
     return f"{cost.total:.1f} {currency}{share}: {most or 'nothing'}"
+
+
+def _alone(cost: Cost, currency: str, plant: PlantDescription) -> str:
+    """What it would have cost had nobody acted, and which hard limits would not have been kept."""
+    missed = {item.name for item in cost.items if item.amount > 0.0} & {limit.name for limit in plant.limits.hard}
+    kept = f"not kept: {', '.join(sorted(missed))}" if missed else "every hard limit kept"
+    return f"{_cost(cost, currency)}; {kept}"
 
 
 def _outside(result: Result) -> str:
