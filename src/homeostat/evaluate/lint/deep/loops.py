@@ -38,8 +38,8 @@ def loops(bench: Bench) -> Iterator[Finding]:
     """Every loop that does not hold what it should."""
     bench.told("loops")
     for loop in bench.plant.description.loops:
-        found = _signs(bench, loop)
-        if found is None and not _by_hand(bench, loop) and not _overridden(bench, loop):
+        found = None
+        if not _by_hand(bench, loop) and not _overridden(bench, loop):
             found = _holds(bench, loop) or _follows(bench, loop)
         if found is not None:
             yield found
@@ -71,15 +71,6 @@ def _is_off(bench: Bench, loop: ControlLoop) -> bool:
     """Whether a loop is off its setpoint at the end of the healthy course."""
     last, tag = _last(bench.quiet, loop), bench.plant.description.tag(loop.process_variable)
     return last is not None and abs(float(last[0].mean())) > SCALES * tag.scale
-
-
-def _signs(bench: Bench, loop: ControlLoop) -> Finding | None:
-    values = {p.symbol: p.value for p in bench.plant.description.parameters}
-    gain, reset = values[loop.gain], values[loop.reset]
-    if gain * reset < 0.0:
-        what = f"{loop.gain} = {gain:g} and {loop.reset} = {reset:g} of loop {loop.name!r} have different signs"
-        return _finding(bench, loop, f"{what}: one acts against the other", "give both the sign of the loop's action")
-    return None
 
 
 def _holds(bench: Bench, loop: ControlLoop) -> Finding | None:
