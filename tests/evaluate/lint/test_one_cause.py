@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import pytest
 
+from homeostat.evaluate.lint.deep.actions import actions
+from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.finding import Finding
 from homeostat.evaluate.lint.fits import fits
 from homeostat.evaluate.lint.stated import stated
@@ -164,3 +166,16 @@ def test_what_lies_around_0_may_have_an_absolute_deviation(value: str, sound: bo
     change(folder, "engineering/parameters.csv", "T_feed,20,degC,0.2,", f"T_feed,{value},degC,0.2,")
     said = [str(finding) for finding in stated(read_files(folder)).findings if finding.counts]
     assert not said if sound else len(said) == 1 and "state the value as 0" in said[0]
+
+
+@pytest.mark.slow
+def test_a_loop_that_acts_the_wrong_way_is_told_with_its_line(tmp_path: Path) -> None:
+    folder = tanks(tmp_path)
+    change(folder, "process.py", 'drives="H1", acts=-1', 'drives="H1", acts=1')
+    (only,) = actions(Bench(folder))
+    assert only.where.file == "process.py" and only.where.key == "TIC2" and only.where.row
+    assert "'TIC2' acts the wrong way" in only.what and "turn acts round" in only.remedy
+
+
+def test_no_loop_of_the_example_acts_the_wrong_way() -> None:
+    assert [*actions(Bench(TANKS))] == []

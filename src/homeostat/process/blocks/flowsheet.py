@@ -81,6 +81,7 @@ class Flowsheet:
         self.resting: list[Term] = []
         """States that are taken to be at rest where a plant is found running."""
         self.switches: set[str] = set()
+        self.contents: list[str] = []  # states that are what vessels hold
         self.commands: list[str] = []
         """What is commanded from outside beside setpoints and actuators."""
         self.first: tuple[str, ...] = ()
