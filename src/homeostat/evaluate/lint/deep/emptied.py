@@ -1,4 +1,4 @@
-"""Vessels that a fault empties although no limit has a lower end for what they hold: nobody acts before they are dry."""
+"""Vessels that a fault empties although no limit has a lower end for what they hold: nobody acts before that."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class _Emptied(NamedTuple):
 
 
 def emptied(bench: Bench) -> Iterator[Finding]:
-    """Every reading of a vessel's content that comes to 0 under a fault, and that no hard limit keeps above something.
+    """Every reading of a vessel's content that comes to 0 under a fault, and that no limit keeps above something.
 
     A vessel that the plant empties by itself, as a batch does, is none of them.
     """
@@ -36,21 +36,21 @@ def emptied(bench: Bench) -> Iterator[Finding]:
         values = bench.quiet.true(tag.name)
         if _kept(bench, tag) or bench.quiet.broke or values.min() <= DRY * values.max():
             continue
-        found = [
-            each for each in (_empties(bench, fault.name, tag) for fault in bench.plant.description.faults) if each
-        ]
+        every = (_empties(bench, fault.name, tag) for fault in bench.plant.description.faults)
+        found = [each for each in every if each]
         if not found:
             continue
         first = min(found, key=lambda each: each.after_s)
         more = f" ({len(found)} faults do)" if len(found) > 1 else ""
         what = (
             f"{first.fault!r} empties what {tag.name!r} shows, from {amount(first.was, tag.unit)} in "
-            f"{first.after_s:g} s{more}, and no hard limit has a lower end for it: no fallback acts before it is dry, "
+            f"{first.after_s:g} s{more}, and no limit has a lower end for it: nobody acts before it is dry, "
             "and a recovery may leave it so"
         )
         remedy = (
-            f"add a row such as '{tag.name} >= {0.2 * first.was:.2g}' to engineering/limits.csv, with the fallback that "
-            "serves it, or where nothing keeps it filled what must not go on then, such as '... or HEATER.pos <= 0.05'"
+            f"add a row such as '{tag.name} >= {0.2 * first.was:.2g}' to engineering/limits.csv with the fallback that "
+            "serves it; where nothing keeps it filled, what must not go on then ('... or HEATER.pos <= 0.05'), or an "
+            "envelope, which has a price"
         )
         place = bench.places.row("signals", tag=tag.name)
         yield Finding(Severity.WARNING, "faults", place, what, remedy)
@@ -69,13 +69,12 @@ def _contents(bench: Bench) -> tuple[Tag, ...]:
 
 
 def _kept(bench: Bench, tag: Tag) -> bool:
-    """Whether some hard limit compares the tag with what it should be above."""
-    return any(
-        bound.tag == tag.name and bound.operator in (">=", ">")
-        for limit in bench.plant.description.limits.hard
-        if limit.kind is not LimitKind.PERMISSIVE
-        for bound in bounds(limit.formula.root)
-    )
+    """Whether some limit or criterion compares the tag with what it should be above."""
+    limits = bench.plant.description.limits
+    formulas = [x.formula for x in limits.limits if x.kind is not LimitKind.PERMISSIVE]
+    formulas += [criterion.formula for criterion in limits.criteria]
+    compared = (bound for formula in formulas for bound in bounds(formula.root))
+    return any(bound.tag == tag.name and bound.operator in (">=", ">") for bound in compared)
 
 
 def _empties(bench: Bench, name: str, tag: Tag) -> _Emptied | None:
