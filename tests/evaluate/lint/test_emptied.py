@@ -9,7 +9,7 @@ import pytest
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.emptied import emptied
 from homeostat.evaluate.lint.finding import Severity
-from tests.evaluate.lint.test_one_cause import TANKS, change, tanks
+from tests.evaluate.two_tanks import TANKS, change, tanks
 
 LOW = {
     "L1": "LIM-L1-LOW,envelope,L1 >= 10,Datasheet of P1,The transfer pump does not run dry\n",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,8 +13,7 @@ from homeostat.evaluate.lint.finding import Finding
 from homeostat.evaluate.lint.fits import fits
 from homeostat.evaluate.lint.stated import stated
 from homeostat.plants.files.folder import read_files
-
-TANKS = Path(__file__).parents[3] / "examples" / "two_tanks"
+from tests.evaluate.two_tanks import TANKS, change, tanks
 
 
 class Slip(NamedTuple):
@@ -104,16 +102,6 @@ def found(folder: Path) -> list[Finding]:
     if not first.sound:
         return [finding for finding in first.findings if finding.counts]
     return [finding for finding in fits(folder) if finding.counts]
-
-
-def tanks(folder: Path) -> Path:
-    return Path(shutil.copytree(TANKS, folder / "two_tanks", ignore=shutil.ignore_patterns("plant.ttl", "__pycache__")))
-
-
-def change(folder: Path, file: str, before: str, after: str) -> None:
-    text = (folder / file).read_text("utf-8")
-    assert before in text
-    (folder / file).write_text(text.replace(before, after, 1), "utf-8")
 
 
 COMMON = (
