@@ -178,3 +178,11 @@ def test_there_is_an_end_to_what_is_missing() -> None:
     """However far outside: one that is undecided does not hide what another one misses."""
     assert total(signals(F_sp=math.nan)) == pytest.approx(MISSING * 100.0)
     assert total(signals(), feed(1e9)) == pytest.approx(MISSING * 100.0)
+
+
+def test_a_permissive_on_a_command_is_met_by_the_manual_output_that_overrides_it() -> None:
+    limits = Limits((rule("PRM", LimitKind.PERMISSIVE, "F.sp <= 0.025"),), ()).with_manual({"F.man": "F.sp"})
+    cost = Cost(limits, Pricing(PRICES, limits, SCALES), SCALES, SLACK)
+    closed, opened = (ActionSet((Command("F.man", v, None),), "running") for v in (0.02, 0.03))
+    found = cost.judge(signals(2, F_sp=0.03), DT_S, ONE, (closed, opened))[:, 1]
+    assert found[0] > 0.0 > found[1]

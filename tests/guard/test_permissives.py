@@ -107,3 +107,15 @@ def test_what_decides_is_told_in_its_own_unit() -> None:
 
 def test_no_margin_cures_a_refusal() -> None:
     assert refusal("CHK", "no") == Finding("CHK", Owner.ACTION, -math.inf, "1", 0.0, 0, "no")
+
+
+@pytest.mark.parametrize(("by_hand", "holds"), [(0.0, True), (0.05, True), (1.0, False)])
+def test_by_hand_a_command_is_what_the_manual_output_is_commanded_to(by_hand: float, holds: bool) -> None:
+    """Whatever the command is at this moment: one that closes is not refused, and one that opens is."""
+    rules = only("X.cmd <= 0.1 or L >= 20").with_manual({"X.man": "X.cmd"})
+    for now in (0.0, 1.0):
+        snapshot = Snapshot(7.0, READ | {"X.cmd": now})
+        (found,) = permissive_findings(snapshot, (Command("X.man", by_hand, None),), rules)
+        assert found.satisfied is holds
+        (beside,) = permissive_findings(snapshot, (Command("F.sp", 0.0, None),), rules)
+        assert beside.satisfied is (now <= 0.1)

@@ -172,7 +172,7 @@ ABSURD = [
     ("equipment", {"kind": "Sensr"}, Code.BAD_WORD, "did you mean 'Sensor'"),
     ("sensors", {"noise_sd": "-0.5"}, Code.BAD_NUMBER, "cannot be negative"),
     ("parameters", {"sd": "7", "spread": "relative"}, Code.BAD_NUMBER, "a fraction from 0 to 1"),
-    ("parameters", {"sd": "1e8", "spread": "absolute"}, Code.BAD_NUMBER, "is more than the value itself"),
+    ("parameters", {"sd": "1e8", "spread": "absolute"}, Code.BAD_NUMBER, "is more than 10 times the value"),
     ("parameters", {"spread": "absolut"}, Code.BAD_WORD, "did you mean 'absolute'"),
     ("flows", {"direction": "in"}, Code.BAD_WORD, "'in' is none of input, output"),
     ("operators", {"resource": "M_Fed"}, Code.UNKNOWN_COMPONENT, "did you mean 'M_Feed'"),

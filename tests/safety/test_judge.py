@@ -257,6 +257,15 @@ def test_a_permissive_sees_the_commanded_value_at_once() -> None:
     assert isinstance(judge(untouched, rollout(untouched), limits, RUNNING, TAGS), Revise)
 
 
+def test_a_permissive_sees_what_a_manual_output_overrides_at_once() -> None:
+    limits = Limits((rule("PRM-LOAD", LimitKind.PERMISSIVE, "F.sp <= 0.025"),), ()).with_manual({"V.man": "F.sp"})
+    for by_hand, expected in ((0.02, Approve), (0.9, Revise)):
+        actions = ActionSet((Command("V.man", by_hand, 0.01),), "running")
+        tried = rollout(actions)
+        tried.trajectory.signals["F.sp"][:] = 0.03 if expected is Approve else 0.015
+        assert isinstance(judge(actions, tried, limits, RUNNING, TAGS), expected)
+
+
 def test_a_tag_that_goes_back_to_automatic_is_judged_by_what_the_twin_says() -> None:
     limits = Limits((rule("PRM-VALVE", LimitKind.PERMISSIVE, "V.man >= 0.5"),), ())
     hand_back = ActionSet((Command("V.man", None, None),), "running")

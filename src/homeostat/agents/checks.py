@@ -210,7 +210,8 @@ def _permissive_margins(
     found = []
     for commands in (actions.commands, *(s.commands for s in actions.then)):
         commanded.update({c.tag: np.asarray(c.value) for c in commands if c.value is not None})
-        values = {tag: commanded.get(tag, each[:, row : row + 1]) for tag, each in signals.items()}
+        given = limit.following(commanded)
+        values = {tag: given.get(tag, each[:, row : row + 1]) for tag, each in signals.items()}
         found.append(np.atleast_2d(limit.formula.margins(values, 1.0)))
     return np.asarray(np.minimum.reduce(np.broadcast_arrays(*found)))
 

@@ -35,7 +35,7 @@ OF_KIND = {
 OTHER = {
     "production per minute": "stated", "a flow in m3/h": "stated", "a feed temperature in Celsius": "fault-free",
     "a time constant in milliseconds": "loops", "a fallback that closes the cooling": "fallbacks",
-    "the direction of a symptom": "faults", "a level that no instrument shows": "model",
+    "the direction of a symptom": "faults", "a proportional gain": "model", "a level that no instrument shows": "model",
     "a range below the limit": "model", "a start-up that never ends": "fault-free", "a guard beyond a limit": "rules",
     "a restart that drains too far": "fallbacks", "feed only below 5 L": "fault-free",
     "cooling that is never so high": "fault-free", "a setpoint that no limit minds": "rules",

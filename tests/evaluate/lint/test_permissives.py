@@ -44,6 +44,11 @@ def test_that_of_the_example_is_met_by_every_fallback(tmp_path: Path) -> None:
     assert [*uncommanded(bench), *refused_fallbacks(bench)] == []
 
 
+def test_one_that_reads_the_command_is_met_by_a_fallback_that_moves_it_by_hand(tmp_path: Path) -> None:
+    bench = tanks(tmp_path, "H1.cmd <= 0.05 or L2 >= 30")
+    assert [*uncommanded(bench), *refused_fallbacks(bench)] == []
+
+
 def test_a_fallback_that_is_never_refused_makes_the_other_a_note(tmp_path: Path) -> None:
     bench = tanks(tmp_path, "H1.pos <= 0.01 or L2 >= 30", "stop,PRM-HEAT,It stops the heater")
     (found,) = refused_fallbacks(bench)

@@ -83,10 +83,10 @@ class Cost:
         """Least margin of a permissive over the steps of each candidate, shape (candidates * members,)."""
         first = {tag: signals[tag][:, :1] for tag in permissive.formula.tags}
         members = next(iter(first.values())).shape[0] // len(candidates)
-        least = np.full(len(candidates) * members, np.inf)
+        least, manual = np.full(len(candidates) * members, np.inf), dict(permissive.by_hand)
         for step in range(max(len(a.states) for a in candidates)):
             for tag in first:
-                sent = [_sent(a, step, tag) for a in candidates]
+                sent = [_sent(a, step, tag, manual.get(tag, tag)) for a in candidates]
                 known = np.repeat([v is not None for v in sent], members)[:, None]
                 value = np.repeat([0.0 if v is None else v for v in sent], members)[:, None]
                 first[tag] = np.where(known, value, first[tag])
@@ -94,9 +94,9 @@ class Cost:
         return least
 
 
-def _sent(actions: ActionSet, step: int, tag: str) -> float | None:
-    """What ``actions`` command ``tag`` to at their ``step``; None where they do not, or to automatic."""
+def _sent(actions: ActionSet, step: int, *tags: str) -> float | None:
+    """What ``actions`` command the first of ``tags`` to at their ``step``; None where they do not, or to automatic."""
     every = (actions.commands, *(s.commands for s in actions.then))
     if step >= len(every):
         return None
-    return next((c.value for c in every[step] if c.tag == tag), None)
+    return next((c.value for c in every[step] if c.tag in tags), None)

@@ -1,12 +1,15 @@
 """Limits and criteria: what must hold, in the rule language, each with its source."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Self
+from typing import Self, TypeVar
 
 from homeostat.stl.formula import Formula
 from homeostat.stl.tightening import tightened
+
+T = TypeVar("T")
 
 
 class LimitKind(StrEnum):
@@ -45,6 +48,8 @@ class Limit:
     """What it protects."""
     lead: float = 0.0
     """Margin that is left when a hard limit trips, in its unit; 0 where it trips at the limit itself."""
+    by_hand: tuple[tuple[str, str], ...] = ()
+    """Command of an actuator -> the manual output that overrides it, for each that a permissive's formula reads."""
     watched: Formula = field(init=False, compare=False, repr=False)
     """What trips where it fails: the formula, sooner by the lead."""
 
@@ -52,6 +57,13 @@ class Limit:
         if not 0.0 <= self.lead < math.inf:
             raise ValueError(f"limit {self.name!r}: lead {self.lead!r} must be finite and >= 0 {self.formula.unit}")
         object.__setattr__(self, "watched", tightened(self.formula, self.lead))
+
+    def following(self, commanded: Mapping[str, T]) -> dict[str, T]:
+        """``commanded`` (tag -> value), and what follows from it: by hand, an actuator's command is its manual output.
+
+        A command that is itself in ``commanded`` stays as it is.
+        """
+        return {command: commanded[manual] for command, manual in self.by_hand if manual in commanded} | {**commanded}
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +92,15 @@ class Limits:
     """Trip limits, permissives and envelopes."""
     criteria: tuple[Criterion, ...]
     """Acceptance criteria."""
+
+    def with_manual(self, overridden: Mapping[str, str]) -> Self:
+        """The same with what each permissive has to know of manual outputs (manual output -> command; tags)."""
+
+        def told(limit: Limit) -> Limit:
+            read = tuple((c, m) for m, c in sorted(overridden.items()) if c in limit.formula.tags)
+            return replace(limit, by_hand=read) if limit.kind is LimitKind.PERMISSIVE and read else limit
+
+        return replace(self, limits=tuple(map(told, self.limits)))
 
     def of_kind(self, kind: LimitKind) -> tuple[Limit, ...]:
         """The limits of one kind, in table order."""

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 
+from homeostat.evaluate.lint.deep.actions import actions
 from homeostat.evaluate.lint.deep.answers import Answered, answers
 from homeostat.evaluate.lint.deep.balances import balances
 from homeostat.evaluate.lint.deep.bench import Bench
@@ -51,6 +52,7 @@ DEEP: Final = (
     "interface",
     "repetition",
     "integration",
+    "actions",
     "fault-free",
     "following",
     "balances",
@@ -69,6 +71,7 @@ _EVERY: Final = (
     Check("interface", interface, patient=True, others_rely=True),
     Check("repetition", repetition, others_rely=True),
     Check("integration", integration, others_rely=True),
+    Check("actions", actions, others_rely=True),
     Check("fault-free", fault_free),
     Check("following", following),
     Check("balances", balances),

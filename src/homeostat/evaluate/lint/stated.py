@@ -81,8 +81,10 @@ def _findings(files: PlantFiles, places: Places) -> Iterator[Finding]:
 
 def of_mistake(check: str, error: GraphError, places: Places, severity: Severity = Severity.ERROR) -> Finding:
     """The finding that a mistake of tables or graph is."""
+    if half := _half(error.thing, error.message, places):
+        return Finding(severity, check, *half)
     what, remedy = split(error.message, CORRECT)
-    return Finding(severity, check, places.thing(error.thing), what, remedy)
+    return Finding(severity, check, places.about(error.thing, error.message), what, remedy)
 
 
 def of_setting(message: str) -> Finding:
@@ -132,10 +134,27 @@ def _graph(store: GraphStore, places: Places) -> Iterator[Finding]:
         what, remedy = split(mistake.message, CORRECT)
         yield Finding(Severity.ERROR, "graph", places.thing(mistake.thing), what, remedy)
     for broken in check_shapes(store):
-        yield Finding(Severity.ERROR, "graph", places.thing(broken.focus), str(broken), CORRECT)
+        half = _half(broken.focus, broken.message, places)
+        place, what, remedy = half or (places.thing(broken.focus), str(broken), CORRECT)
+        yield Finding(Severity.ERROR, "graph", place, what, remedy)
     for finding in injection_findings(store):
         what = f"reads as if it were written for a language model: {finding}"
         yield Finding(Severity.NOTE, "texts", Place(GRAPH), what, "say it plainly")
+
+
+def _half(thing: str, message: str, places: Places) -> tuple[Place, str, str] | None:
+    """Place, mistake and remedy of a part that streams only leave, or only enter; None of anything else."""
+    part = places.cell("operators", "resource", id=thing.removeprefix("operator_"))
+    for needs, there, lacks in (("input", "source", "target"), ("output", "target", "source")):
+        place = places.row("streams", **{there: part})
+        if part and place.row is not None and f"needs an {needs}" in message:
+            stream = places.cell("streams", "stream", **{there: part})
+            goes, comes = ("leaves", "enters") if needs == "input" else ("enters", "leaves")
+            other = "source" if lacks == "target" else "target"
+            what = f"stream {stream!r} {goes} {part!r}, and none {comes} it: what it does has no {needs}"
+            remedy = f"add a row with {part!r} as {lacks}, and an empty {other} where that is outside the plant"
+            return place, what, remedy
+    return None
 
 
 def _named(files: PlantFiles, settings: Settings, described: PlantDescription) -> Iterator[Finding]:

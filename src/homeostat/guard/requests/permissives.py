@@ -11,12 +11,16 @@ from homeostat.stl.deciding import Deciding, decided
 
 
 def permissive_findings(snapshot: Snapshot, commands: Sequence[Command], limits: Limits) -> tuple[Finding, ...]:
-    """The permissives on a snapshot as it would be right after ``commands``; one that is undecided is violated."""
+    """The permissives on a snapshot as it would be right after ``commands``; one that is undecided is violated.
+
+    By hand, the command of an actuator is what its manual output is commanded to.
+    """
     commanded = {c.tag for c in commands}
-    values = {tag: value for tag, value in usable(snapshot).items() if tag not in commanded}
-    values.update({c.tag: c.value for c in commands if c.value is not None})
+    kept = {tag: value for tag, value in usable(snapshot).items() if tag not in commanded}
+    given = {c.tag: c.value for c in commands if c.value is not None}
     found = []
     for p in limits.of_kind(LimitKind.PERMISSIVE):
+        values = kept | p.following(given)
         blind = unjudged(p, values)
         if blind is None:
             margin = p.formula.margin_at(values)

@@ -69,7 +69,7 @@ def permissives(plant: PlantDescription) -> Found:
             yield Code.UNKNOWN_LIMIT, thing, f"sets {name!r} aside, which is no permissive{near_matches(name, rules)}"
         commanded = {c.tag: (c.value, c.value) for c in strategy.actions.commands if c.value is not None}
         for name, rule in rules.items():
-            if name not in strategy.waived and not can_hold(rule.formula.root, ranges | commanded):
+            if name not in strategy.waived and not can_hold(rule.formula.root, ranges | rule.following(commanded)):
                 message = f"violates {name!r}, '{rule.formula}'; change its commands or add a waiver with the reason"
                 yield Code.FALLBACK_NOT_PERMITTED, thing, message
 

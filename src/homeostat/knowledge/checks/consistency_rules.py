@@ -76,7 +76,7 @@ def judged(plant: PlantDescription, thing: str, formula: Formula, ranges: Interv
         if not tag.range.contains(bound.value):
             allowed = f"[{tag.range.low:g}, {tag.range.high:g}] {tag.unit}"
             message = f"compares {tag.name!r} with {bound.value:g}, outside its range {allowed}"
-            yield Code.LIMIT_OUTSIDE_RANGE, thing, message
+            yield Code.LIMIT_OUTSIDE_RANGE, thing, f"{message}; correct the value, or that range"
 
 
 def breakable(thing: str, formula: Formula, ranges: Intervals) -> Found:

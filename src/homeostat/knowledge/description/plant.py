@@ -1,5 +1,7 @@
 """The whole plant, read once when a plant is opened."""
 
+from dataclasses import replace
+
 from pyoxigraph import NamedNode
 
 from homeostat.domain.plant.description import PlantDescription
@@ -16,7 +18,7 @@ def read_plant(store: GraphStore, system: NamedNode) -> PlantDescription:
     found = signals(store, system)
     tags = {signal.tag.name: signal.tag for signal in found}
     stated = limits(store, system, tags)
-    return PlantDescription(
+    read = PlantDescription(
         name=name,
         label=label,
         components=components(store, system),
@@ -37,3 +39,4 @@ def read_plant(store: GraphStore, system: NamedNode) -> PlantDescription:
         start_up=start_up(store, system, tags, stated, timing),
         timing=timing,
     )
+    return replace(read, limits=stated.with_manual(read.overridden))

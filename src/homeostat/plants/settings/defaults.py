@@ -149,6 +149,8 @@ class _Answers:
         low, high = min(seen, default=held.range.low), max(seen, default=held.range.high)
         room = max(ROOM * (high - low), 5.0 * held.scale)
         window = [max(low - room, held.range.low), min(high + room, held.range.high)]
+        if not window[0] < window[1]:  # what it is compared with is outside its range, which is said elsewhere
+            window = [held.range.low, held.range.high]
         title = loop.label or held.name
         return FigureTable(title=title[:200], tags=[held.name, loop.setpoint], limits=limits, window=window)
 

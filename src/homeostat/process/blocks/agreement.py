@@ -9,10 +9,12 @@ from typing import Final
 from homeostat.process.blocks.flowsheet import Flowsheet
 from homeostat.process.blocks.parts import Delay, Network, fault, held
 from homeostat.process.blocks.term import TICK, Leaf, Term, leaves, where
-from homeostat.process.blocks.units import NONE, Unit, UnitError, of_term, read
+from homeostat.process.blocks.units import NONE, NoUnitError, Unit, UnitError, of_term, read
 
 _SHOWN: Final = 8
 """Most units that a message shows."""
+_SHOWS: Final = " measures"
+"""In what is said of a sensor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,18 +29,42 @@ class StatedUnits:
     """Of each fault's severity."""
 
 
+@dataclass(frozen=True, slots=True)
+class Disagreement:
+    """One place of a flowsheet where units do not agree."""
+
+    said: str
+    """In a sentence."""
+    about: frozenset[Term] = frozenset()
+    """Parameters and readings that it is made of, whose unit a table states."""
+    apart: Unit | None = None
+    """By what unit it is off; None where that is no matter of two units."""
+    lacking: bool = False
+    """Whether something in it has no unit, which is said elsewhere: no table states it, or its unit cannot be read."""
+
+
 def disagreements(sheet: Flowsheet, stated: StatedUnits) -> tuple[str, ...]:
     """What does not agree, a sentence each; FlowsheetError where the flowsheet is not complete."""
-    found: list[str] = []
-    units, symbols = _leaves(sheet, stated, found), _symbols(sheet, stated)
+    return tuple(dict.fromkeys(each.said for each in found_in(sheet, stated)))
+
+
+def found_in(sheet: Flowsheet, stated: StatedUnits) -> tuple[Disagreement, ...]:
+    """Every place of the flowsheet where units do not agree; FlowsheetError where it is not complete."""
+    unread: list[str] = []
+    units, symbols = _leaves(sheet, stated, unread), _symbols(sheet, stated)
+    found = [Disagreement(said) for said in unread]
     for what, of, expected in _expected(sheet, stated):
         try:
-            unit = of_term(of, units, {})
-            if not unit.agrees(_read(expected)):
-                found.append(f"{what} must be in {expected}, and what it is made of is not{_made_of((of,), symbols)}")
+            unit, needed = of_term(of, units, {}), _read(expected)
+            if not unit.agrees(needed):
+                said = f"{what} must be in {expected}, and what it is made of is not{_made_of((of,), symbols)}"
+                about = leaves(of) & symbols.keys() | ({held(what.split()[1])} if _SHOWS in what else set())
+                found.append(Disagreement(said, frozenset(about), needed.times(unit, -1.0)))
         except UnitError as wrong:
-            found.append(f"{what}: {wrong}{_made_of(wrong.about, symbols)}")
-    return tuple(dict.fromkeys(found))
+            said, lacking = f"{what}: {wrong}{_made_of(wrong.about, symbols)}", isinstance(wrong, NoUnitError)
+            about = leaves(*wrong.about) & symbols.keys()
+            found.append(Disagreement(said, frozenset(about), wrong.apart, lacking))
+    return tuple(found)
 
 
 def _made_of(terms: Collection[Term], symbols: Mapping[Term, str]) -> str:

@@ -81,6 +81,7 @@ class Flowsheet:
         self.resting: list[Term] = []
         """States that are taken to be at rest where a plant is found running."""
         self.switches: set[str] = set()
+        self.contents: list[str] = []  # states that are what vessels hold
         self.commands: list[str] = []
         """What is commanded from outside beside setpoints and actuators."""
         self.first: tuple[str, ...] = ()
@@ -328,7 +329,8 @@ class Flowsheet:
         rates = {name: self._rates[name]() for name in self.states}
         for each in self.controllers.values():
             if each.measured not in self.sensors:
-                raise FlowsheetError(f"controller {each.name} reads {each.measured!r}, which no sensor shows")
+                what = f"controller {each.name} reads {each.measured!r}, which no sensor shows"
+                raise FlowsheetError(f'{what}; add FLOWSHEET.sensor("{each.measured}", ...), or correct the name')
         made = {*self.columns(), *self.sensors, *self.switches}
         for what, of in self._terms(rates):
             for leaf in leaves(of):

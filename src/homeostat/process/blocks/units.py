@@ -25,11 +25,17 @@ _SHORT = 40
 class UnitError(ValueError):
     """Units do not agree; the message says which, and where."""
 
-    def __init__(self, text: str, *about: Term) -> None:
-        """``about``: the terms whose units do not agree."""
+    def __init__(self, text: str, *about: Term, apart: Unit | None = None) -> None:
+        """``about``: the terms whose units do not agree; ``apart``: the unit of the first through that of the other."""
         super().__init__(text)
         self.about = about
         """The terms whose units do not agree; empty where it is no matter of terms."""
+        self.apart = apart
+        """By what unit two terms differ; None where it is no matter of two."""
+
+
+class NoUnitError(UnitError):
+    """No unit is known of a leaf."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +105,7 @@ def of_term(term: Term, units: Mapping[Term, Unit], named: Mapping[Term, str]) -
 def _of(term: Term, args: list[Unit], units: Mapping[Term, Unit], named: Mapping[Term, str]) -> Unit:
     if isinstance(term.op, Leaf):
         if term not in units:
-            raise UnitError(f"{term.op.value} {term.value!r} has no unit; the tables do not state it")
+            raise NoUnitError(f"{term.op.value} {term.value!r} has no unit; the tables do not state it", term)
         return units[term]
     if term.op == "number":
         return Unit((), None, any=True)
@@ -110,9 +116,8 @@ def _of(term: Term, args: list[Unit], units: Mapping[Term, Unit], named: Mapping
         pair = [u for u in chosen if not u.any]
         if len(pair) == 2 and not pair[0].agrees(pair[1]):
             told = " and ".join(told_term(a, named) for a in term.args[-2:])
-            raise UnitError(
-                f"{told} are {_WORDS.get(str(term.op), 'combined')}, and their units differ", *term.args[-2:]
-            )
+            what = f"{told} are {_WORDS.get(str(term.op), 'combined')}, and their units differ"
+            raise UnitError(what, *term.args[-2:], apart=pair[0].times(pair[1], -1.0))
         return (pair or chosen)[0]
     if term.op in ("mul", "div"):
         power = 1.0 if term.op == "mul" else -1.0

@@ -34,6 +34,7 @@ class Vessel:
         """Name of the equipment."""
         self.volume = sheet.state(self._column("V"), unit, start, least=0.0)
         """Liquid in it."""
+        sheet.contents.append(self._column("V"))
         self.temperature: Term | None = None
         """Its temperature; None where nobody asked for it."""
         self.leak = sheet.fault(self._column("leak")) * self.volume if leak is None else leak

@@ -15,6 +15,7 @@ from homeostat.domain.plant.tag import Role
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.contract import of_model
 from homeostat.evaluate.lint.deep.course import Course
+from homeostat.evaluate.lint.deep.emptied import emptied
 from homeostat.evaluate.lint.deep.following import batch_of, moments
 from homeostat.evaluate.lint.deep.symptoms import Shown, first_symptoms
 from homeostat.evaluate.lint.deep.thinking import too_little
@@ -27,6 +28,8 @@ TICKS: Final = 60
 """For how many ticks it is tried whether a fault does anything."""
 ALIKE: Final = 1.0
 """Standard deviations of noise by which the courses of two faults differ that nobody tells apart [1]."""
+NOISE: Final = 1.3
+"""Multiple of what a symptom shows without a fault up to which it shows nothing of one [1]."""
 _UNSEEN: Final = (
     "lower the threshold (symptoms.csv), state a symptom that shows it, or leave out a fault that does not matter "
     "(omitted.csv)"
@@ -74,6 +77,7 @@ def faults(bench: Bench) -> Iterator[Finding | Outlook]:
     yield from (_torn(bench, *pair) for pair, like in same.items() if like and _answers_differ(bench, *pair))
     yield from _silent(bench, shown)
     yield from _dead_ends(bench)
+    yield from emptied(bench)
 
 
 def _acts(bench: Bench, fault: FaultMode, course: Course) -> Finding | None:
@@ -144,12 +148,23 @@ def _noticed(bench: Bench, fault: FaultMode, shown: dict[str, Shown]) -> Iterato
         place = bench.places.row("symptom_faults", fault=fault.name)
         yield Finding(Severity.ERROR, "faults", place, what, "add a row for a symptom that it shows")
     else:
-        what = (
-            f"nothing notices {size} in {bench.plant.end_s - bench.onset_s:g} s: {nearest!r} comes to "
-            f"{shown[nearest].largest:.2g} times its threshold, {shown[nearest].threshold:.4g}"
-        )
+        most = shown[nearest].largest
+        near = f"{nearest!r} comes to {most:.2g} times its threshold, {shown[nearest].threshold:.4g}"
+        if most <= NOISE * _without(bench)[nearest]:
+            near = f"none of the symptoms that indicate it shows more than without a fault, {', '.join(sorted(own))}"
+        what = f"nothing notices {size} in {bench.plant.end_s - bench.onset_s:g} s: {near}"
         place = bench.places.row("faults", id=fault.name)
         yield Finding(Severity.ERROR, "faults", place, what, _UNSEEN)
+
+
+def _without(bench: Bench) -> dict[str, float]:
+    """Symptom -> how far it goes on a plant without a fault, in thresholds."""
+
+    def make() -> dict[str, float]:
+        found = first_symptoms(bench, bench.noisy[0], bench.onset_s)
+        return {rule.name: shown.largest for rule, shown in found.items()}
+
+    return bench.kept("symptoms without a fault", make)
 
 
 def _outlook(bench: Bench, fault: FaultMode, shown: dict[str, Shown], alike: tuple[str, ...]) -> Outlook:

@@ -7,6 +7,7 @@ noise and parameters of their own, plants that are no mistake and must not be ta
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -16,7 +17,9 @@ from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.contract import of_model
 from homeostat.evaluate.lint.deep.explained import explained
 from homeostat.evaluate.lint.finding import Finding, amount
+from homeostat.evaluate.lint.own_code import written
 from homeostat.process.batch import Batch, simulate
+from homeostat.process.blocks.composed import ComposedModel
 from homeostat.process.types import Table, Vec
 from homeostat.twin.carried import Carried
 from homeostat.twin.history import History, Window
@@ -28,6 +31,8 @@ SAME: Final = 0.01
 """Share of a tag's range by which an estimate may be off [1]."""
 BUMP: Final = 0.01
 """Share of an output's range by which control may jump where it resumes [1]."""
+FAR: Final = 0.1
+"""Share of its size by which a state is taken to be far from where it is [1]."""
 LATEST: Final = 300
 """Readings from which control resumes."""
 
@@ -187,9 +192,35 @@ def _replayed(bench: Bench, moment: Moment) -> Iterator[Finding]:
                 f"{off[worst]:.3g}, "
                 f"more than the {allowed:.3g} that [twin] states of its errors"
             )
-            yield of_model(bench, "following", "replay_inputs", what, _FOLLOW)
+            unseen = _unseen(bench, window, moment.row + 1 - rows)
+            if unseen:
+                what += f"; it begins with what no instrument shows: {unseen}"
+            found = of_model(bench, "following", "replay_inputs", what, _STANDS if unseen else _FOLLOW)
+            line = written(plant.files, unseen.split("'")[1:2])
+            yield found if line is None else replace(found, where=line)
 
 
+def _unseen(bench: Bench, window: Window, row: int) -> str:
+    """States that are taken to be far from where they are when ``window`` begins, in tick ``row``; empty for none."""
+    model, (_, states) = bench.plant.model, recorded(bench)
+    if not isinstance(model, ComposedModel) or not 0 <= row < len(states):
+        return ""
+    taken, told = model.estimate(window.at(0)), list[str]()
+    totals = {*bench.plant.delivered, *bench.plant.totals.values()}
+    for name in model.flowsheet.states:
+        column = model.states.index(name)
+        size = max(float(np.ptp(states[:, column])), float(np.abs(states[:, column]).max()))
+        if name not in totals and abs(taken[column] - states[row, column]) > FAR * size:
+            unit = model.flowsheet.states[name].unit
+            was, made = amount(states[row, column], unit), amount(taken[column], unit)
+            told.append(f"{name!r} is {was} and is taken to be {made}")
+    return ", ".join(told)
+
+
+_STANDS: Final = (
+    "say in the flowsheet where such a state stands in operation: FLOWSHEET.rests(STATE) where it follows the rest of "
+    "the plant, usual= in FLOWSHEET.state(...) or Vessel.holds(...) where it does not, or give it an instrument"
+)
 _FOLLOW: Final = (
     "let estimate and replay_inputs follow what was recorded; where levels or temperatures move all the time, as in a "
     "batch, begin it with one reading (settle_rows = 1 in [twin]); of a flowsheet, whose replay is generated, state "

@@ -38,14 +38,14 @@ def loops(bench: Bench) -> Iterator[Finding]:
     """Every loop that does not hold what it should."""
     bench.told("loops")
     for loop in bench.plant.description.loops:
-        found = _signs(bench, loop)
-        if found is None and not _by_hand(bench, loop) and not _overridden(bench, loop):
+        found = None
+        if not by_hand(bench, loop) and not overridden(bench, loop):
             found = _holds(bench, loop) or _follows(bench, loop)
         if found is not None:
             yield found
 
 
-def _by_hand(bench: Bench, loop: ControlLoop) -> bool:
+def by_hand(bench: Bench, loop: ControlLoop) -> bool:
     """Whether the healthy course ends with the loop's actuator commanded by hand, as a batch does: nothing is held."""
     d, times_s = bench.plant.description, bench.quiet.truth.times_s
     driven = next(s.component for s in d.signals if s.tag.name == loop.manipulated_variable)
@@ -54,9 +54,9 @@ def _by_hand(bench: Bench, loop: ControlLoop) -> bool:
     return any(bool(np.isfinite(bench.quiet.true(name)[late]).any()) for name in manual)
 
 
-def _overridden(bench: Bench, loop: ControlLoop) -> bool:
+def overridden(bench: Bench, loop: ControlLoop) -> bool:
     """Whether another loop moves the same actuator in its place at the end of the healthy course: nothing is held."""
-    if not _is_off(bench, loop):
+    if not is_off(bench, loop):
         return False
     rivals = [
         each
@@ -64,22 +64,13 @@ def _overridden(bench: Bench, loop: ControlLoop) -> bool:
         if each.manipulated_variable == loop.manipulated_variable and each != loop
         and np.isfinite(bench.quiet.true(each.setpoint)[-1])  # else it is the inner one of a cascade
     ]  # fmt: skip
-    return any(not _is_off(bench, each) for each in rivals)
+    return any(not is_off(bench, each) for each in rivals)
 
 
-def _is_off(bench: Bench, loop: ControlLoop) -> bool:
+def is_off(bench: Bench, loop: ControlLoop) -> bool:
     """Whether a loop is off its setpoint at the end of the healthy course."""
-    last, tag = _last(bench.quiet, loop), bench.plant.description.tag(loop.process_variable)
+    last, tag = last_of(bench.quiet, loop), bench.plant.description.tag(loop.process_variable)
     return last is not None and abs(float(last[0].mean())) > SCALES * tag.scale
-
-
-def _signs(bench: Bench, loop: ControlLoop) -> Finding | None:
-    values = {p.symbol: p.value for p in bench.plant.description.parameters}
-    gain, reset = values[loop.gain], values[loop.reset]
-    if gain * reset < 0.0:
-        what = f"{loop.gain} = {gain:g} and {loop.reset} = {reset:g} of loop {loop.name!r} have different signs"
-        return _finding(bench, loop, f"{what}: one acts against the other", "give both the sign of the loop's action")
-    return None
 
 
 def _holds(bench: Bench, loop: ControlLoop) -> Finding | None:
@@ -88,15 +79,15 @@ def _holds(bench: Bench, loop: ControlLoop) -> Finding | None:
         bench.plant.description.tag(loop.process_variable),
         bench.plant.description.tag(loop.manipulated_variable),
     )
-    quiet, noisy = _last(bench.quiet, loop), _last(bench.noisy[0], loop)
+    quiet, noisy = last_of(bench.quiet, loop), last_of(bench.noisy[0], loop)
     if quiet is None or noisy is None:
         return None  # said where the course broke
     (error, moved), (_, shaken) = quiet, noisy
     off, swing, shakes = abs(float(error.mean())), float(np.ptp(moved)), float(np.std(shaken))
     if shakes > SHAKES * output.range.span:  # a loop that makes up for what varies outside has to
-        sheltered = _last(bench.sheltered, loop)
+        sheltered = last_of(bench.sheltered, loop)
         shakes = shakes if sheltered is None else float(np.std(sheltered[1]))
-    if off > SCALES * tag.scale and (end := _end(output, moved)):
+    if off > SCALES * tag.scale and (end := end_of(output, moved)):
         return _exhausted(bench, loop, end, amount(off, tag.unit), "at the end of a healthy course")
     if off > SCALES * tag.scale:
         what = (
@@ -107,7 +98,7 @@ def _holds(bench: Bench, loop: ControlLoop) -> Finding | None:
             bench,
             loop,
             what,
-            f"look at its action (acts), the signs of its gains ({_gains(bench, loop)}) and its actuator",
+            f"look at its action (acts), the signs of its gains ({gains_of(bench, loop)}) and its actuator",
         )
     if swing > STILL * output.range.span or shakes > SHAKES * output.range.span:
         how = (
@@ -117,11 +108,11 @@ def _holds(bench: Bench, loop: ControlLoop) -> Finding | None:
         what = (
             f"{output.name!r} swings {how} in the last fifth of the fault-free course: loop {loop.name!r} is unstable"
         )
-        return _finding(bench, loop, what, f"lower its gains ({_gains(bench, loop)})")
+        return _finding(bench, loop, what, f"lower its gains ({gains_of(bench, loop)})")
     return None
 
 
-def _end(output: Tag, moved: np.ndarray) -> str:
+def end_of(output: Tag, moved: np.ndarray) -> str:
     """At which end of its range an output stands, with the value; empty where it does not."""
     if not np.isfinite(moved).all():  # another controller is moved by it
         return ""
@@ -142,7 +133,7 @@ def _exhausted(bench: Bench, loop: ControlLoop, end: str, off: str, when: str) -
     remedy = (
         f"state a setpoint that can be reached ({place}), give the equipment more (parameters.csv), or, where it only "
         f"takes longer, a longer horizon_s to [twin]; one at the wrong end has the wrong action (acts) or signs "
-        f"of the gains ({_gains(bench, loop)})"
+        f"of the gains ({gains_of(bench, loop)})"
     )
     return _finding(bench, loop, what, remedy)
 
@@ -152,7 +143,7 @@ def _at(mean: float, unit: str) -> str:
     return f"at {amount(mean, unit, 3)}" if np.isfinite(mean) else "set by it"
 
 
-def _last(course: Course, loop: ControlLoop) -> tuple[np.ndarray, np.ndarray] | None:
+def last_of(course: Course, loop: ControlLoop) -> tuple[np.ndarray, np.ndarray] | None:
     """Deviation and output at the end of a course; None where it broke."""
     if course.broke:
         return None
@@ -199,7 +190,7 @@ def _follows(bench: Bench, loop: ControlLoop) -> Finding | None:
     if abs(reached - (target - before)) <= 0.2 * size + ROUND:
         return _slow(bench, loop, course, begin_s, target)
     last = course.true(loop.manipulated_variable)[late]
-    if end := _end(d.tag(loop.manipulated_variable), last):
+    if end := end_of(d.tag(loop.manipulated_variable), last):
         when = f"after the twin's horizon of {horizon_s:g} s, for a setpoint of {amount(target, sp.unit, 6)}"
         return _exhausted(bench, loop, end, amount(abs(target - before - reached), pv.unit), when)
     went = "the other way" if reached * (target - before) < 0.0 else f"{abs(reached) / size:.0%} of the way"
@@ -207,7 +198,7 @@ def _follows(bench: Bench, loop: ControlLoop) -> Finding | None:
         f"{pv.name!r} goes {went} within the twin's horizon of {horizon_s:g} s after {sp.name!r} is set from "
         f"{before:g} to {amount(target, sp.unit, 6)}: a rollout does not show where loop {loop.name!r} leads"
     )
-    remedy = f"correct the gains ({_gains(bench, loop)}), or give [twin] a longer horizon_s"
+    remedy = f"correct the gains ({gains_of(bench, loop)}), or give [twin] a longer horizon_s"
     return _finding(bench, loop, what, remedy)
 
 
@@ -237,7 +228,7 @@ def _finding(bench: Bench, loop: ControlLoop, what: str, remedy: str) -> Finding
     return Finding(Severity.ERROR, "loops", bench.places.row("loops", id=loop.name), what, remedy)
 
 
-def _gains(bench: Bench, loop: ControlLoop) -> str:
+def gains_of(bench: Bench, loop: ControlLoop) -> str:
     """Where the gains are stated."""
     places: list[Place] = [bench.places.row("parameters", symbol=symbol) for symbol in (loop.gain, loop.reset)]
     return ", ".join(map(str, places))

@@ -103,8 +103,8 @@ def refused_fallbacks(bench: Bench) -> Iterator[Finding]:
 def _refusing(bench: Bench, strategy: FallbackStrategy) -> list[Limit]:
     """Permissives that may fail beside what ``strategy`` commands, whatever that is."""
     commanded = {c.tag: (c.value, c.value) for c in strategy.actions.commands if c.value is not None}
-    ranges = ranges_of(bench.plant.description) | commanded
-    return [p for p in _permissives(bench) if p.name not in strategy.waived and can_fail(p.formula.root, ranges)]
+    ranges, own = ranges_of(bench.plant.description), [p for p in _permissives(bench) if p.name not in strategy.waived]
+    return [p for p in own if can_fail(p.formula.root, ranges | p.following(commanded))]
 
 
 def _stuck(bench: Bench) -> Iterator[tuple[str, str, float]]:

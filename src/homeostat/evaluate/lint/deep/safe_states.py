@@ -10,7 +10,7 @@ import numpy as np
 
 from homeostat.domain.diagnosis import FaultMode, FaultState
 from homeostat.domain.plant.limits import Limit
-from homeostat.domain.recovery import ActionSet, FallbackStrategy
+from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.course import Course, told_margin
@@ -28,6 +28,11 @@ PERIODS: Final = 4.0
 _REMEDY: Final = (
     "command more, faster (fallbacks.csv), or state another strategy for the limit, or that more may stay (rest in "
     "fallback_limits.csv)"
+)
+
+_ANOTHER: Final = (
+    "let a strategy for the limit also command an actuator that stops it where the faulty one cannot (fallbacks.csv; "
+    "add one to the plant if there is none), or state that more may stay (rest in fallback_limits.csv)"
 )
 
 
@@ -48,6 +53,8 @@ class _Failure(NamedTuple):
     """As the guard would say it."""
     back_s: float | None
     """When the limit comes back all the same, after the strategy stands [s]; None where it does not."""
+    idle: bool = False
+    """Whether it gets worse after all that the strategy commands is done: nothing of that stops what the fault does."""
 
 
 def safe_states(bench: Bench) -> Iterator[Finding]:
@@ -141,18 +148,22 @@ def _rests_s(course: Course) -> float:
 def _helps(bench: Bench) -> Iterator[Finding]:
     """Whatever fault violates a limit, some strategy that is said to bring it back does; and each does under some."""
     own: dict[tuple[str, str], list[_Failure | None]] = {}
+    said = set[tuple[str, str]]()
     for each in _asked(bench):
         serving = [s for s in fallbacks(bench.plant) if each.limit.name in s.serves]
         failures = [_fails(bench, each, strategy) for strategy in serving]
         for strategy, failure in zip(serving, failures, strict=True):
             if _fit(bench, each.fault, strategy):
                 own.setdefault((strategy.name, each.limit.name), []).append(failure)
-        told = [failure.reason for failure in failures if failure]
+        told = [failure for failure in failures if failure]
         if serving and len(told) == len(serving):
+            said |= {(strategy.name, each.limit.name) for strategy in serving}
             what = f"under {each.fault.name!r} ({amount(each.severity, each.fault.severity_unit, 6)}) no strategy helps"
-            place = bench.places.row("limits", id=each.limit.name)
-            yield Finding(Severity.ERROR, "fallbacks", place, f"{what} {each.limit.name}: {told[0]}", _REMEDY)
+            place, remedy = bench.places.row("limits", id=each.limit.name), _ANOTHER if told[0].idle else _REMEDY
+            yield Finding(Severity.ERROR, "fallbacks", place, f"{what} {each.limit.name}: {told[0].reason}", remedy)
     for (name, limit), every in own.items():
+        if (name, limit) in said and all(failure and failure.idle for failure in every):
+            continue  # it was said, with what to do
         yield from _hindered(bench, name, limit, every)
 
 
@@ -218,20 +229,39 @@ def _fails(bench: Bench, asked: _Asked, strategy: FallbackStrategy) -> _Failure 
             still = course.outside(asked.limit) & course.after(stands_s)
             back_s = None if still[-1] else float(course.truth.times_s[still][-1]) - stands_s if still.any() else 0.0
             rest = f", and rest = {amount(effect.rest, asked.limit.formula.unit)} is what may stay"
-            why = failure[1].removesuffix(f": {_SHORT}") + rest + _ramps(bench, course, strategy, effect.acts_within_s)
-            return _Failure(asked.fault.name, why, back_s)
+            why = failure[1].removesuffix(f": {_SHORT}") + rest
+            if goes_on := _goes_on(bench, asked, strategy, course):
+                return _Failure(asked.fault.name, why + goes_on, back_s, idle=True)
+            return _Failure(asked.fault.name, why + _ramps(bench, course, strategy, effect.acts_within_s), back_s)
     return None
+
+
+def _goes_on(bench: Bench, asked: _Asked, strategy: FallbackStrategy, course: Course) -> str:
+    """That the limit is violated more and more once all that ``strategy`` commands is done; empty where it is not."""
+    takes_s = [_takes_s(course, command) for command in strategy.actions.commands]
+    done_s = course.acted_s + max(takes_s, default=0.0) + confirm_s(bench, strategy)
+    margins, late = course.margins(asked.limit), course.after(done_s)
+    if late.sum() < LATE or not margins[late][-1] < min(margins[late][0], 0.0):
+        return ""
+    by = amount(float(margins[late][0] - margins[late][-1]), asked.limit.formula.unit)
+    lasts = f"in the {course.lasts_s(late):.4g} s after all that it commands is done it gets worse by {by}"
+    return f"; {lasts}: nothing of that stops what {asked.fault.name!r} does"
+
+
+def _takes_s(course: Course, command: Command) -> float:
+    """How long a command is on its way at its rate [s]; 0 where it has none."""
+    began = float(course.true(command.tag)[int(np.searchsorted(course.truth.times_s, course.acted_s))])
+    if command.value is None or command.rate is None or not math.isfinite(began):
+        return 0.0
+    return abs(command.value - began) / command.rate
 
 
 def _ramps(bench: Bench, course: Course, strategy: FallbackStrategy, within_s: float) -> str:
     """What of ``strategy`` is still on its way when it has to have helped, and how fast it goes; empty for nothing."""
-    told, row = [], int(np.searchsorted(course.truth.times_s, course.acted_s))
+    told = []
     for command in strategy.actions.commands:
-        tag, began = bench.plant.description.tag(command.tag), float(course.true(command.tag)[row])
-        if command.value is None or command.rate is None or not math.isfinite(began):
-            continue
-        takes_s = abs(command.value - began) / command.rate
-        if takes_s > 0.5 * within_s:
+        tag, takes_s = bench.plant.description.tag(command.tag), _takes_s(course, command)
+        if command.rate is not None and takes_s > 0.5 * within_s:
             told.append(f"{command.tag!r} takes {takes_s:.4g} s at its rate, {amount(command.rate, tag.unit + '/s')}")
     said = "; ".join(told)
     return f"; {said}: state a higher rate, and in writables.csv as fastest what the equipment permits" if told else ""

@@ -8,6 +8,7 @@ from pydantic import ValidationError
 
 from homeostat.domain.plant.timing import Timing
 from homeostat.knowledge.build.derived.tables import derived, idle_omissions, stated_tables
+from homeostat.knowledge.build.tables.causes import first_causes
 from homeostat.knowledge.build.tables.cells import CellError, Reads, Refers, TableRow, shown
 from homeostat.knowledge.build.tables.reading import FOLDER, OPTIONAL, OPTIONAL_COLUMNS, Rows, is_short
 from homeostat.knowledge.build.tables.schemas import EVERY, SCHEMAS, SHORT_SCHEMAS
@@ -93,7 +94,11 @@ def refuse_bad_tables(folder: Path) -> None:
 
 
 def mistakes(folder: Path) -> Iterator[GraphError]:
-    """Every mistake in the tables of the plant in ``folder``, which must be all that there are."""
+    """Every mistake in the tables of the plant in ``folder``, which must be all that there are; see `first_causes`."""
+    yield from first_causes([*_mistakes(folder)])
+
+
+def _mistakes(folder: Path) -> Iterator[GraphError]:
     tables, unread = stated_tables(folder)
     yield from unread
     short, timing = is_short(folder), timing_of(folder)

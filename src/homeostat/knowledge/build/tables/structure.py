@@ -1,6 +1,6 @@
 """Rows about what the plant is made of, its signals, loops and parameters; the guide to plants says what they mean."""
 
-from typing import Annotated, Self
+from typing import Annotated, Final, Self
 
 from pydantic import model_validator
 
@@ -8,6 +8,10 @@ from homeostat.domain.plant.description import ComponentKind, Relation
 from homeostat.domain.plant.tag import Role
 from homeostat.knowledge.build.tables import cells
 from homeostat.knowledge.store.error import Code
+
+MOST_ABSOLUTE: Final = 10.0
+"""Multiples of a value, which is not 0, that its absolute standard deviation may be [1]: what lies around 0 has no size
+of its own, and a number that is wrong by some digits is found."""
 
 
 class Equipment(cells.TableRow):
@@ -88,8 +92,11 @@ class ModelParameter(cells.TableRow):
         if self.spread == "relative" and self.sd > 1.0:
             message = f"sd {self.sd:g} is more than the value itself; a relative one is a fraction from 0 to 1"
             raise cells.CellError(Code.BAD_NUMBER, message)
-        if self.spread == "absolute" and self.sd > abs(self.value):
-            message = f"sd {self.sd:g} {self.unit} is more than the value itself, {self.value:g} {self.unit}; lower it"
+        if self.spread == "absolute" and self.value != 0.0 and self.sd > MOST_ABSOLUTE * abs(self.value):
+            message = (
+                f"sd {self.sd:g} {self.unit} is more than {MOST_ABSOLUTE:g} times the value, {self.value:g} {self.unit}"
+                "; lower it, or state the value as 0 if it lies around that"
+            )
             raise cells.CellError(Code.BAD_NUMBER, message)
         return self
 

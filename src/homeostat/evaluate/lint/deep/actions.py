@@ -1,0 +1,74 @@
+"""Loops that act the wrong way: their actuator stands at one end, and would help at the other.
+
+They are looked for before everything else that a fault-free course shows: a plant with one shows little but that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from homeostat.domain.plant.description import ControlLoop, Relation
+from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.snapshot import Snapshot
+from homeostat.evaluate.lint.deep.bench import Bench
+from homeostat.evaluate.lint.deep.loops import SCALES, by_hand, end_of, gains_of, last_of, overridden
+from homeostat.evaluate.lint.finding import Finding, Severity, amount
+from homeostat.evaluate.lint.own_code import written
+
+HALF: Final = 0.5
+"""Share of the course after which the actuator is moved by hand [1]."""
+HELPS: Final = 0.2
+"""Share of its deviation by which a reading comes nearer to its setpoint then [1]."""
+
+
+def actions(bench: Bench) -> Iterator[Finding]:
+    """Every loop that would hold what it should if it acted the other way."""
+    if bench.quiet.broke:
+        return
+    for loop in bench.plant.description.loops:
+        if not by_hand(bench, loop) and not overridden(bench, loop):
+            yield from _turned(bench, loop)
+
+
+def _turned(bench: Bench, loop: ControlLoop) -> Iterator[Finding]:
+    d, found = bench.plant.description, last_of(bench.quiet, loop)
+    pv, output = d.tag(loop.process_variable), d.tag(loop.manipulated_variable)
+    driven = next(s.component for s in d.signals if s.tag.name == output.name)
+    manual = next((s for s in d.signals if s.relation is Relation.OVERRIDES and s.component == driven), None)
+    if found is None or manual is None or manual.variable not in bench.plant.model.inputs:
+        return
+    off, where = float(found[0].mean()), end_of(output, found[1])
+    if not abs(off) > SCALES * pv.scale or not where:
+        return
+    low = abs(float(found[1].mean()) - output.range.low) < abs(float(found[1].mean()) - output.range.high)
+    other = manual.tag.range.high if low else manual.tag.range.low
+    moved = _moved(bench, loop, manual.tag.name, other)
+    if moved is None or moved * off >= 0.0 or abs(moved) < max(HELPS * abs(off), SCALES * pv.scale):
+        return
+    what = (
+        f"loop {loop.name!r} acts the wrong way: {pv.name!r} is {amount(abs(off), pv.unit)} "
+        f"{'below' if off < 0.0 else 'above'} its setpoint at the end of a healthy course with {output.name!r} at "
+        f"{where}, and with {manual.tag.name!r} = {other:g} it {'falls' if moved < 0.0 else 'rises'} by "
+        f"{amount(abs(moved), pv.unit)}"
+    )
+    place = written(bench.plant.files, [loop.name]) or bench.places.row("loops", id=loop.name)
+    remedy = (
+        f"turn acts round (1 where more of {pv.name!r} needs more output, -1 where it needs less), or the signs of "
+        f"both gains ({gains_of(bench, loop)})"
+    )
+    yield Finding(Severity.ERROR, "actions", place, what, remedy)
+
+
+def _moved(bench: Bench, loop: ControlLoop, manual: str, value: float) -> float | None:
+    """By how much what the loop holds is higher at the end if its actuator is moved by hand; None where that breaks."""
+    begin_s = HALF * bench.plant.end_s
+
+    def act(seen: Snapshot) -> ActionSet | None:
+        state = bench.quiet.states[-1][0] if bench.quiet.states else bench.plant.description.machine.initial.name
+        return ActionSet((Command(manual, value, None),), state) if seen.at_s >= begin_s else None
+
+    course = bench.acted((), act=act)
+    if course.broke:
+        return None
+    return float(course.true(loop.process_variable)[-1] - bench.quiet.true(loop.process_variable)[-1])
