@@ -40,15 +40,17 @@ from homeostat.record.run_record import RunRecord
 CAUSES = Path(__file__).with_suffix(".toml")
 SOURCES = ("src", "benchmarks/plants")
 TITLE = "Three adopted causes"
-ABOUT = """Made by `python -m benchmarks.plants.adopted --page`. Each cause gets its name after one run in which it was
-seen as something that no table names. Then two plants look at the same readings of other seeds and sizes: the one that
-ships, and the one that has adopted all three. *Noticed*: some symptom came while the run lasted; what shows none cannot
-be named. Asked for: unknown before, named after, in 20 seeds each, and no other name disturbed; a cause that is noticed
-in fewer misses that by the others."""
+ABOUT = """Made by `python -m benchmarks.plants.adopted --seeds 401-420 --page`. Each cause gets its name after one run
+in which it was seen as something that no table names. Then two plants look at the same readings of other seeds and
+sizes: the one that ships, and the one that has adopted all three. *Noticed*: some symptom came while the run lasted;
+what shows none cannot be named. Asked for: unknown before, named after, in 20 seeds each, and no other name disturbed;
+a cause that is noticed in fewer misses that by the others."""
 FIRST_SEED = 301
 """Seed of the run that a name is given in; no seed that is measured."""
 LOOKS_S = {"cstr": (0, 60, 240), "mixing_module": (0, 15, 60)}
 """Plant -> when it is looked at, after the first symptom [s]; what is said last counts."""
+FAULTS_OF = {"cstr": 5, "mixing_module": 1}
+"""Plant -> so many of the seeds have the faults of its tables as well, nine and forty of them."""
 SURE = 0.9
 """Probability from which a name counts as sure [1]."""
 SAID = 0.5
@@ -144,11 +146,11 @@ def disturbed(plant: Plant, cause: Cause, size: float, seed: int, mismatch: str)
 
 
 def truths(plant: Plant, seeds: Sequence[int], mismatch: str) -> Iterator[tuple[str, int, Scenario]]:
-    """Name of the cause or fault, seed and truth of every run, seed by seed."""
-    for seed in seeds:
+    """Name of the cause or fault, seed and truth of every run, seed by seed; faults of the first seeds only."""
+    for k, seed in enumerate(seeds):
         for cause in causes(plant.name):
             yield cause.name, seed, disturbed(plant, cause, cause.drawn(seed), seed, mismatch)
-        for known in known_faults(plant, seed):
+        for known in known_faults(plant, seed) if k < FAULTS_OF[plant.name] else ():
             fault = Fault(known.fault, known.severity, known.onset_s)
             yield known.fault, seed, departing(plant, scenario_of(plant, (fault,), seed), (), mismatch)
 
