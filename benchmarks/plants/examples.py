@@ -191,7 +191,8 @@ def _ended(plant: Plant, fault: str) -> Ended:
     done = run(plant, scenario_of(plant, [Fault(fault)], seed=1), clock=DeclaredClock(1.0)).result(Path())
     after = [None if at_s is None or done.onset_s is None else at_s - done.onset_s
              for at_s in (done.detected_s, done.released_s)]  # fmt: skip
-    outside_s = sum(each.total_s for each in done.limit_exposure_s)
+    hard = {limit.name for limit in plant.description.limits.hard}
+    outside_s = sum(each.total_s for each in done.limit_exposure_s if each.limit in hard)
     return Ended(fault, done.outcome, (after[0], after[1]), done.production_loss, outside_s)
 
 

@@ -55,8 +55,8 @@ def recovered_json(tmp_path_factory: pytest.TempPathFactory) -> Done:
 
 @pytest.fixture(scope="session")
 def handed_over(tmp_path_factory: pytest.TempPathFactory) -> Done:
-    """A run in which the fallback acted, with JSON; its record is in ``runs/cstr-leak-2``."""
-    fault = ("--fault", "leak", "--severity", "0.02", "--onset", "900")
+    """A run in which the fallback acted, with JSON; its record is in ``runs/cstr-none-2``."""
+    fault = ("--disturb", "L1 frozen from 900")
     return once(tmp_path_factory, "handed-over", "run", "cstr", *fault, "--seed", "2", "--end", "1050", "--json")
 
 

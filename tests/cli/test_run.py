@@ -20,7 +20,7 @@ from tests.equipment.journals import read_parquet, timeless
 KEYS = (
     "schema", "case", "fault", "disturbances", "mismatch", "seed", "outcome", "actor", "onset_s",
     "detected_s", "released_s", "attempts",
-    "hypotheses", "actions", "min_margin", "limit_exposure_s", "production_loss", "cost",
+    "hypotheses", "actions", "min_margin", "limit_exposure_s", "production_loss", "cost", "cost_alone",
     "state", "complete_s", "nominal_s", "totals", "steps", "probes", "thinking_s", "wall_s", "trace",
 )  # fmt: skip
 
@@ -92,8 +92,8 @@ def test_a_run_in_which_the_fallback_acted_as_json(handed_over: Done) -> None:
     assert (handed_over.status, handed_over.err) == (3, "")
     assert (result["outcome"], result["actor"], result["released_s"]) == ("fallback", "fallback", None)
     assert result["min_margin"] is None and is_number(result["detected_s"]) and result["actions"]
-    assert result["trace"] == "runs/cstr-leak-2"
-    assert verify(handed_over.cwd / "runs" / "cstr-leak-2").complete
+    assert result["trace"] == "runs/cstr-none-2"
+    assert verify(handed_over.cwd / "runs" / "cstr-none-2").complete
 
 
 def test_a_fault_that_violates_nothing_and_is_not_noticed(tmp_path: Path) -> None:
@@ -139,7 +139,7 @@ def test_the_lines_of_a_run(recovered: Done) -> None:
     assert "worst margin +" in lines and "L/s" in lines
     assert summary.startswith("Recovered") and "run/figure.png" in summary
     assert [line.split()[0] for line in summary.splitlines()[1:]] == [
-        "Fault", "Detected", "Done", "Limits", "Production", "Cost", "Thinking", "Trace", "Figure",
+        "Fault", "Detected", "Done", "Limits", "Production", "Cost", "Left", "Thinking", "Trace", "Figure",
     ]  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from tests.cli.command import Done, homeostat_process
 from tests.cli.conftest import RECOVERY, once
 from tests.console.served import Served, served
 
-LEAK = ("run", "cstr", "--fault", "leak", "--severity", "0.02", "--onset", "900", "--seed", "2", "--end", "1050")
+FROZEN = ("run", "cstr", "--disturb", "L1 frozen from 900", "--seed", "2", "--end", "1050")
 """A run in which the fallback acts, the same as other tests of the command line make."""
 
 WARM = (
@@ -33,7 +33,7 @@ def recovered_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def handed_over_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The directory of a run in which the fallback acted."""
-    return once(tmp_path_factory, "handed-over", *LEAK, "--json").cwd / "runs" / "cstr-leak-2"
+    return once(tmp_path_factory, "handed-over", *FROZEN, "--json").cwd / "runs" / "cstr-none-2"
 
 
 @pytest.fixture(scope="session")

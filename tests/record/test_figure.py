@@ -64,7 +64,7 @@ def plant() -> Plant:
 
 
 def leaking(plant: Plant) -> Run:
-    """So much that no proposal keeps the level, and the fallback acts."""
+    """So much that what was released does not keep the level, and the fallback acts."""
     trace = MemoryTrace()
     return run(plant, scenario(plant, "leak", 1, 700.0, 0.02, 900.0), trace, DeclaredClock(1.0))
 
@@ -73,7 +73,7 @@ def test_moments_in_their_order_and_equal_runs_equal_pictures(plant: Plant) -> N
     done = leaking(plant)
     marks = explained(done, plant.description.machine, Clock((0.0, done.scenario.end_s), plant.description.timing))
     assert [m.at_s for m in marks] == sorted(m.at_s for m in marks) and marks[0].at_s == 700.0
-    assert [m.words.split()[0] for m in marks] == ["leak", "detected", "fallback"]
+    assert [m.words.split()[0] for m in marks] == ["leak", "detected", "released", "fallback"]
     assert draw(done) == draw(leaking(plant))
 
 
