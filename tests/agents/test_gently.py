@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from homeostat.agents.roles import NoAdmissiblePlan
-from homeostat.agents.search.gently import RAMPS_S, excess, gentlest, leads_back, ramped, settles
+from homeostat.agents.search.gently import RAMPS_S, Rest, excess, gentlest, leads_back, ramped, settles
 from homeostat.domain.advice import Advice
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
@@ -102,3 +102,23 @@ def test_a_plant_that_moves_by_itself_is_not_sent_back_yet(monkeypatch: pytest.M
     monkeypatch.setattr("homeostat.agents.search.action.settles", lambda plant, signals, rows: rows > 0)
     with pytest.raises(NoAdmissiblePlan, match="comes to rest in 'reduced_load' first"):
         asyncio.run(search(QUICK).act(HEALTHY, BACK, Advice()))
+
+
+def test_rest_is_not_waited_for_for_ever() -> None:
+    rest = Rest()
+    assert all(rest.awaited(at_s, 600.0) for at_s in (1000.0, 1060.0, 1600.0))
+    assert not rest.awaited(1660.0, 600.0) and not rest.awaited(1720.0, 600.0)
+    assert rest.awaited(2400.0, 600.0), "another repair, later"
+    assert not rest.awaited(math.nan, 600.0)
+
+
+def test_a_twin_that_says_soon_each_time_does_not_keep_the_plant_away(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("homeostat.agents.search.action.settles", lambda plant, signals, rows: True)
+    subject, sent = search(QUICK), []
+    for later_s in (0.0, 300.0, 600.0, 660.0):
+        asked = replace(HEALTHY, snapshot=replace(HEALTHY.snapshot, at_s=HEALTHY.snapshot.at_s + later_s))
+        try:
+            sent.append(asyncio.run(subject.act(asked, BACK, Advice())).target)
+        except NoAdmissiblePlan:
+            sent.append("")
+    assert sent == ["", "", "", "normal"]

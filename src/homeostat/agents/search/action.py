@@ -14,7 +14,7 @@ from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.agents.search.candidates import Point, SearchSpace, present_point
 from homeostat.agents.search.cost import Cost
-from homeostat.agents.search.gently import RAMPS_S, SOON_S, excess, gentlest, leads_back, ramped, settles
+from homeostat.agents.search.gently import RAMPS_S, SOON_S, Rest, excess, gentlest, leads_back, ramped, settles
 from homeostat.agents.search.routes import RouteSearch
 from homeostat.agents.search.tracking import held, search_space, tracking
 from homeostat.domain.advice import Advice
@@ -76,6 +76,7 @@ class SearchAction:
         self._judged: list[tuple[Ensemble, dict[Key, NDArray[np.float64]]]] = []
         self._told: tuple[ActionSet, ActionSet] | None = None
         """What was proposed last, and what of it was tried."""
+        self._rest = Rest()
 
     def _judged_on(self, ensemble: Ensemble) -> dict[Key, NDArray[np.float64]]:
         """(State, commands) -> what they came to on ``ensemble``: attempts differ in what they require only."""
@@ -156,14 +157,15 @@ class SearchAction:
     def _gently(self, twin: Twin, space: SearchSpace, situation: Situation) -> ActionSet:
         """The design of an ordinary state, as fast as controlled variables stay near their setpoints.
 
-        NoAdmissiblePlan while what was repaired still moves the plant by itself.
+        NoAdmissiblePlan while what was repaired still moves the plant by itself, as long as that may be waited for.
         """
         design, values = space.actions(space.design), situation.snapshot.values
         ways = list(dict.fromkeys(ramped(design, values, seconds) for seconds in twin.timing.times_s(RAMPS_S)))
         ensemble = twin.ensemble(plausible(situation.diagnosis), twin.settings.draws, Purpose.REFINE)
         alone = ActionSet((), situation.state)
         left, dt_s = twin.try_many(ensemble, twin.schedules([alone], twin.horizon), refuse=False)
-        if settles(self._plant, left, int(twin.timing.times_s((SOON_S,))[0] / dt_s)):
+        soon_s = twin.timing.time_s(SOON_S)
+        if settles(self._plant, left, int(soon_s / dt_s)) and self._rest.awaited(situation.snapshot.at_s, soon_s):
             raise NoAdmissiblePlan(f"the plant comes to rest in {situation.state!r} first")
         signals, dt_s = twin.try_many(ensemble, twin.schedules(ways, twin.horizon), refuse=False)
         judged = self._cost.judge(signals, dt_s, ensemble.weights, ways)

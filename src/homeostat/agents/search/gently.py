@@ -1,9 +1,11 @@
 """Gently: the way back to ordinary operation, as fast as controlled variables stay near their setpoints.
 
 What ordinary operation is commanded is fixed; what is chosen is how long the setpoints take to come there. What was
-repaired moves the plant by itself: that is waited for, so that both do not come together.
+repaired moves the plant by itself: that is waited for, so that both do not come together, but not for ever: a twin that
+says that the plant comes to rest soon may be wrong each time that it says so.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -20,6 +22,21 @@ SAME = 0.1
 """Excess that is as good as none, in scales [1]."""
 SOON_S = 600.0
 """What settles by itself within this time is waited for [s]: longer, the plant would be kept from producing."""
+
+
+class Rest:
+    """How long it has been waited for that the plant comes to rest."""
+
+    def __init__(self) -> None:
+        """Nothing has been waited for."""
+        self._began_s = self._last_s = -math.inf
+
+    def awaited(self, now_s: float, most_s: float) -> bool:
+        """Whether it may be waited any more at ``now_s``: for ``most_s`` in all, after as long a pause anew [s]."""
+        if now_s - self._last_s > most_s:
+            self._began_s = now_s
+        self._last_s = now_s
+        return now_s - self._began_s <= most_s
 
 
 def leads_back(plant: PlantDescription, situation: Situation, path: RecoveryPath) -> bool:
