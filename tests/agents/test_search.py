@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from homeostat.agents.checks import command_findings, judge
 from homeostat.agents.hypotheses import MOST, PLAUSIBLE, plausible, plausible_faults
 from homeostat.agents.roles import Approved, NoAdmissiblePlan, Situation
-from homeostat.agents.search.candidates import Point, SearchSpace, present_point
+from homeostat.agents.search.candidates import Point, SearchSpace
 from homeostat.agents.search.planning import SearchPlanning
 from homeostat.agents.search.reprompting import CURABLE, TRIES, MarginReprompting
 from homeostat.agents.simulation import TwinSimulation
@@ -202,7 +202,7 @@ def test_a_gap_is_a_distance(one: Point, other: Point) -> None:
 
 @given(st.dictionaries(st.sampled_from([r.tag for r in SPACE.ranges]), st.floats(-1e6, 1e6) | st.just(math.nan)))
 def test_the_present_point_is_brought_into_the_ranges(values: dict[str, float]) -> None:
-    point = present_point(SPACE.state, values)
+    point = SPACE.present(values)
     assert inside(point, SPACE.ranges)
     for r, v in zip(SPACE.ranges, point, strict=True):
         if r.low <= values.get(r.tag, math.nan) <= r.high:

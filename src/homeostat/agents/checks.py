@@ -285,6 +285,10 @@ def command_findings(actions: ActionSet, target: State, tags: Tags) -> tuple[Fin
             text = f"{c.tag!r} = {c.value:.6g} {tag.unit} in state {target.name!r}; admitted are"
             text = f"{text} {admitted.low:.6g} to {admitted.high:.6g} {tag.unit}"
             found.append(Finding("CHK-RANGE", Owner.ACTION, -excess, tag.unit, 0.0, 0, text))
+        if (off := abs(c.value - tag.nearest(c.value))) > slack:
+            ends = f"{tag.range.low:g} and {tag.range.high:g}"
+            text = f"{c.tag!r} = {c.value:.6g} {tag.unit}; it has two positions, {ends}"
+            found.append(Finding("CHK-RANGE", Owner.ACTION, -off, tag.unit, 0.0, 0, text))
         if tag.rate_limit is not None and rate > tag.rate_limit:
             text = f"{c.tag!r} ramps at {rate:.6g} {tag.unit}/s; limit {tag.rate_limit:.6g} {tag.unit}/s"
             found.append(Finding("CHK-RATE", Owner.ACTION, tag.rate_limit - rate, f"{tag.unit}/s", 0.0, 0, text))

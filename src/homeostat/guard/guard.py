@@ -39,6 +39,7 @@ from homeostat.guard.sequence.steps import Steps
 from homeostat.guard.settings import GuardSettings
 from homeostat.guard.texts import said
 from homeostat.guard.watch.alarms import Troubles
+from homeostat.guard.watch.instruments import Instruments
 from homeostat.guard.watch.quality import QualityWatch
 from homeostat.guard.watch.trips import TripWatch
 from homeostat.guard.writing.flight import Failed, Progress, Write
@@ -54,6 +55,7 @@ class Guard:
         self._parts = parts = Parts.of(rules, attachment.record, attachment.lease, settings or GuardSettings())
         self._attachment = attachment
         self._quality = QualityWatch(rules.qualities, rules.tags, parts.note, parts.jumps)
+        self._instruments = Instruments(rules.qualities, parts.alarms)
         self._trips = TripWatch(rules, parts.note, parts.jumps)
         self._latch, self._modes = Latch(parts), Modes(parts.tenure)
         self._time = TimeToAct(parts.note, lambda: self._latch.fallbacks)
@@ -179,6 +181,8 @@ class Guard:
         self._seen = self._quality.assess(self._now_s, sample)
         self._sample = None if self._quality.trouble else sample
         self._parts.alarms.hold("link", self._quality.trouble, self._now_s)
+        if self._seen is not None and not self._quality.trouble:
+            self._instruments.judge(self._seen, self._now_s)
         if self._seen is not None:
             self._parts.service.expect(self._parts.writer.see(self._seen))
 

@@ -10,7 +10,7 @@ from homeostat.agents.language.feedback import cost_slopes_text, feedback_text, 
 from homeostat.agents.language.situation import MOST_FINDINGS, worst_first
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import Situation
-from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
+from homeostat.agents.search.candidates import SearchSpace, design_commands
 from homeostat.domain.advice import COST, Advice, Sensitivity
 from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.quotation import quote
@@ -92,7 +92,7 @@ class LanguageAction:
         if path.awaited:
             return ()
         space = SearchSpace(path.machine.state(path.target), self._plant.tags_by_name)
-        present = space.actions(present_point(space.state, situation.snapshot.values))
+        present = space.actions(space.present(situation.snapshot.values))
         names = [*(f.criterion for f in worst_first(situation.idle, self._plant.scales)[:MOST_FINDINGS]), COST]
         return await self._briefing.simulation.sensitivities(situation.diagnosis, present, (space.state,), names)
 

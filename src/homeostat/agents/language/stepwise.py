@@ -19,7 +19,7 @@ from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.reprompting import TeachingReprompting, is_inadmissible
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import Plan, Situation
-from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
+from homeostat.agents.search.candidates import SearchSpace, design_commands
 from homeostat.agents.search.planning import open_paths
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.plant.limits import Owner
@@ -116,7 +116,8 @@ class StepAction:
             if state.name == entered(path):
                 return given
             if state.name == situation.state:
-                return SearchSpace(state, tags).actions(present_point(state, values)).commands
+                space = SearchSpace(state, tags)
+                return space.actions(space.present(values)).commands
             return design_commands(state, tags)
 
         return ActionSet.along(path, commands)

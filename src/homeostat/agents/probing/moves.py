@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from homeostat.agents.search.candidates import Point, SearchSpace, design_commands, present_point
+from homeostat.agents.search.candidates import Point, SearchSpace, design_commands
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 
@@ -43,7 +43,7 @@ def moves(paths: Sequence[RecoveryPath], tags: Mapping[str, Tag], values: Mappin
                 yield Move(actions, path, CHANGE, RISK * _risk_added(path))
             continue
         space = SearchSpace(path.machine.state(path.target), tags)
-        here = present_point(space.state, values)
+        here = space.present(values)
         if path.target in been or not _stands_in(space, here, values):
             continue
         been.add(path.target)
@@ -64,9 +64,9 @@ def _stands_in(space: SearchSpace, here: Point, values: Mapping[str, float]) -> 
 
 
 def _around(space: SearchSpace, here: Point) -> Iterator[Point]:
-    """Points that differ from ``here`` by one step of one setpoint; manual outputs stay as they are."""
+    """Points that differ from ``here`` by one step of one setpoint; manual outputs stay, and what has two positions."""
     for k, (r, value) in enumerate(zip(space.ranges, here, strict=True)):
-        if value is None or r.design is None or r.high <= r.low:
+        if value is None or r.design is None or r.high <= r.low or space.tags[r.tag].two_position:
             continue
         for step in (sign * share * (r.high - r.low) for share in STEPS for sign in (-1.0, 1.0)):
             if r.low <= value + step <= r.high:

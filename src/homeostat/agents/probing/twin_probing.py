@@ -12,7 +12,7 @@ from homeostat.agents.pricing import Pricing
 from homeostat.agents.probing.moves import Move, moves
 from homeostat.agents.probing.stakes import Stakes
 from homeostat.agents.roles import Probe, Situation
-from homeostat.agents.search.candidates import SearchSpace, design_commands, present_point
+from homeostat.agents.search.candidates import SearchSpace, design_commands
 from homeostat.agents.search.cost import Cost
 from homeostat.agents.search.planning import open_paths
 from homeostat.domain.advice import Advice
@@ -138,7 +138,7 @@ class _Work:
         if path.awaited:
             return [ActionSet.along(path, lambda state: design_commands(state, tags))]
         space = SearchSpace(path.machine.state(path.target), tags)
-        present = present_point(space.state, self.situation.snapshot.values)
+        present = space.present(self.situation.snapshot.values)
         return [space.actions(point) for point in space.first(present, LEVELS, SCATTERED)]
 
     def _costs(self, answers: Sequence[ActionSet]) -> Table:

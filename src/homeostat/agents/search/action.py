@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
-from homeostat.agents.search.candidates import Point, SearchSpace, present_point
+from homeostat.agents.search.candidates import Point, SearchSpace
 from homeostat.agents.search.cost import Cost
 from homeostat.agents.search.gently import RAMPS_S, SOON_S, Rest, excess, gentlest, leads_back, ramped, settles
 from homeostat.agents.search.routes import RouteSearch
@@ -105,7 +105,7 @@ class SearchAction:
                 ways = routes.ways(path)
             else:
                 space = search_space(self._plant, path.machine.state(path.target), fixed)
-                ways = [space.actions(p) for p in space.first(present_point(space.state, situation.snapshot.values))]
+                ways = [space.actions(p) for p in space.first(space.present(situation.snapshot.values))]
             found.append(float(self._judge(twin, ways, few)[:, 0].min()) + self._release)
         return found
 
@@ -177,7 +177,7 @@ class SearchAction:
         hypotheses = plausible(situation.diagnosis)
         few = twin.ensemble(hypotheses, twin.settings.search_draws)
         tried: dict[Point, float] = {}
-        present = present_point(space.state, situation.snapshot.values)
+        present = space.present(situation.snapshot.values)
         known = map(space.point, settings.known(situation, space.state.name))
         settled = [space.settled(point) for point in known if point is not None]
         admitted = [point for point in settled if space.admits(point)]

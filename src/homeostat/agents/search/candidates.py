@@ -38,6 +38,17 @@ class SearchSpace:
         """Every setpoint at its design value, every manual output on automatic."""
         return tuple(r.design for r in self.ranges)
 
+    def present(self, values: Mapping[str, float]) -> Point:
+        """Where the plant's setpoints are now, brought into the state's ranges."""
+        point: list[float | None] = []
+        for r in self.ranges:
+            value = values.get(r.tag, math.nan)
+            if math.isnan(value) or r.high <= r.low:
+                point.append(r.design)
+            else:
+                point.append(min(max(self.tags[r.tag].nearest(value), r.low), r.high))
+        return tuple(point)
+
     def actions(self, point: Point) -> ActionSet:
         """The action set of ``point``."""
         pairs = zip(self.ranges, point, strict=True)
@@ -80,10 +91,12 @@ class SearchSpace:
         """Sweeps of each setpoint from the design and the present point, and points scattered over the box."""
         points = [self.design, present]
         for k, r in enumerate(self.ranges):
-            values = [r.low + (r.high - r.low) * i / (levels - 1) for i in range(levels)]
             if r.high <= r.low:
                 continue
-            if r.design is None:
+            values = [r.low + (r.high - r.low) * i / (levels - 1) for i in range(levels)]
+            if self.tags[r.tag].two_position:
+                values = [r.low, r.high]
+            elif r.design is None:
                 values = [r.low + (r.high - r.low) * f for f in (0.5, 0.75, 1.0)]
             for base in {self.design, present}:
                 points += [(*base[:k], v, *base[k + 1 :]) for v in values]
@@ -94,12 +107,14 @@ class SearchSpace:
     def around(self, point: Point, fraction: float) -> list[Point]:
         """Every combination of one step down, none, or up in each dimension; a step is ``fraction`` of the range.
 
-        Of more dimensions than :data:`TOGETHER` those in which at most two are stepped.
+        Of two positions both. Of more dimensions than :data:`TOGETHER` those in which at most two are stepped.
         """
         options: list[Sequence[float | None]] = []
         for r, v in zip(self.ranges, point, strict=True):
             if v is None or r.high <= r.low:
                 options.append((v,))
+            elif self.tags[r.tag].two_position:
+                options.append((r.low, r.high))
             else:
                 step = fraction * (r.high - r.low)
                 options.append(sorted({min(max(v + s * step, r.low), r.high) for s in (-1.0, 0.0, 1.0)}))
@@ -112,12 +127,12 @@ class SearchSpace:
         )
         return list(dict.fromkeys(itertools.chain.from_iterable(pairs)))
 
-    @staticmethod
-    def _scatter(r: SetpointRange, n: int, k: int) -> float | None:
+    def _scatter(self, r: SetpointRange, n: int, k: int) -> float | None:
         """The n-th of points that are spread evenly in the range of dimension ``k``; manual outputs stay automatic."""
         if r.design is None:
             return None
-        return r.low + (r.high - r.low) * (_halton(n, PRIMES[k]) if k < len(PRIMES) else _lattice(n, k))
+        value = r.low + (r.high - r.low) * (_halton(n, PRIMES[k]) if k < len(PRIMES) else _lattice(n, k))
+        return self.tags[r.tag].nearest(value) if r.high > r.low else value
 
 
 def _halton(n: int, base: int) -> float:
@@ -138,15 +153,3 @@ def _lattice(n: int, k: int) -> float:
 def design_commands(state: State, tags: Mapping[str, Tag]) -> tuple[Command, ...]:
     """What ``state`` is commanded by design, each not faster than its tag may change."""
     return SearchSpace(state, tags).actions(SearchSpace(state, tags).design).commands
-
-
-def present_point(state: State, values: Mapping[str, float]) -> Point:
-    """Where the plant's setpoints are now, brought into the state's ranges."""
-    point: list[float | None] = []
-    for r in state.setpoints:
-        value = values.get(r.tag, math.nan)
-        if math.isnan(value) or r.high <= r.low:
-            point.append(r.design)
-        else:
-            point.append(min(max(value, r.low), r.high))
-    return tuple(point)

@@ -54,7 +54,8 @@ class RouteSearch:
         """Tag -> value of everything that is open on the way; the design first."""
         design = self._design(path)
         options = [
-            {design[r.tag], *np.linspace(r.low, r.high, LEVELS).tolist()} for r in open_setpoints(path.commanded_states)
+            {design[r.tag], *map(self._tags[r.tag].nearest, np.linspace(r.low, r.high, LEVELS).tolist())}
+            for r in open_setpoints(path.commanded_states)
         ]
         if np.prod([len(o) for o in options], dtype=float) > MOST:
             return [design]

@@ -40,7 +40,7 @@ def held(plant: PlantDescription, situation: Situation) -> dict[str, float]:
         if signal.relation is Relation.OVERRIDES and _taken_away(plant, situation.diagnosis, signal.component):
             position = _position(plant, situation, signal.component)
             if position is not None:
-                found[signal.tag.name] = min(max(position, signal.tag.range.low), signal.tag.range.high)
+                found[signal.tag.name] = signal.tag.nearest(signal.tag.range.clip(position))
     return found
 
 

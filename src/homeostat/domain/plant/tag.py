@@ -4,6 +4,9 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
+ROUNDING = 1e-9
+"""Share of a range by which what was written down may be off."""
+
 
 class Role(StrEnum):
     """What a signal is to the control system (ISA-5.1)."""
@@ -64,7 +67,8 @@ class Tag:
     rate_limit: float | None = None
     """Fastest admissible ramp for SP and MV tags, in unit per second; None where no limit applies."""
     increment: float | None = None
-    """Step in which SP and MV tags are set by hand, in the unit; None where any value may be set."""
+    """Step in which SP and MV tags are set by hand, in the unit; None where any value may be set. One as wide as the
+    range of a manipulated value gives it two positions."""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.scale) and self.scale > 0):
@@ -73,3 +77,15 @@ class Tag:
             raise ValueError(f"tag {self.name!r}: rate limit {self.rate_limit!r} must be finite, in {self.unit}/s")
         if self.increment is not None and not (math.isfinite(self.increment) and self.increment > 0):
             raise ValueError(f"tag {self.name!r}: increment {self.increment!r} must be finite and > 0 {self.unit}")
+
+    @property
+    def two_position(self) -> bool:
+        """Whether it is at one end of its range or at the other, as a valve that opens or closes."""
+        step = 0.0 if self.increment is None else self.increment
+        return self.role is Role.MV and step >= self.range.span * (1.0 - ROUNDING)
+
+    def nearest(self, value: float) -> float:
+        """What can be commanded next to ``value``: of two positions the nearer one, the higher one in the middle."""
+        if not self.two_position:
+            return value
+        return self.range.low if value - self.range.low < self.range.high - value else self.range.high

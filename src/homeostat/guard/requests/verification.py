@@ -156,6 +156,10 @@ def command_finding(
         text = f"{text} {admitted.low:.6g} to {admitted.high:.6g} {tag.unit}"
         margin = min(command.value - admitted.low, admitted.high - command.value)
         return Finding("CHK-RANGE", Owner.ACTION, margin, tag.unit, 0.0, 0, text)
+    if (off := abs(command.value - tag.nearest(command.value))) > slack:
+        ends = f"{tag.range.low:g} and {tag.range.high:g}"
+        text = f"{command.tag!r} = {command.value:.6g} {tag.unit}; it has two positions, {ends}"
+        return Finding("CHK-RANGE", Owner.ACTION, -off, tag.unit, 0.0, 0, text)
     most = tag.rate_limit
     if most is not None and fallback and rule.fastest is not None:
         most = rule.fastest

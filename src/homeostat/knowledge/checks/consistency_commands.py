@@ -3,7 +3,7 @@
 from homeostat.domain.mode import Side
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import LimitKind
-from homeostat.domain.plant.tag import Role
+from homeostat.domain.plant.tag import ROUNDING, Role, Tag
 from homeostat.domain.recovery import Command
 from homeostat.knowledge.checks.consistency_rules import ranges_of
 from homeostat.knowledge.checks.intervals import can_hold
@@ -24,6 +24,7 @@ def setpoints(plant: PlantDescription) -> Found:
                 if not tag.range.contains(value):
                     message = f"admits {tag.name!r} = {value:g}, outside its range {allowed}"
                     yield Code.SETPOINT_OUTSIDE_RANGE, thing, message
+                yield from _between(tag, value, Code.SETPOINT_OUTSIDE_RANGE, thing)
             if setpoint.design is not None and not setpoint.low <= setpoint.design <= setpoint.high:
                 admitted = f"[{setpoint.low:g}, {setpoint.high:g}] {tag.unit}"
                 message = f"design value {setpoint.design:g} of {tag.name!r} is outside {admitted}"
@@ -44,7 +45,17 @@ def fallbacks(plant: PlantDescription) -> Found:
                 allowed = f"[{tag.range.low:g}, {tag.range.high:g}] {tag.unit}"
                 message = f"commands {tag.name!r} = {command.value:g}, outside its range {allowed}"
                 yield Code.FALLBACK_OUTSIDE_RANGE, thing, message
+            if command.value is not None:
+                yield from _between(tag, command.value, Code.FALLBACK_OUTSIDE_RANGE, thing)
             yield from _hurried(plant, thing, command)
+
+
+def _between(tag: Tag, value: float, code: Code, thing: str) -> Found:
+    """A tag with two positions is at one of them."""
+    if tag.range.contains(value) and abs(value - tag.nearest(value)) > ROUNDING * tag.range.span:
+        positions = f"{tag.range.low:g} and {tag.range.high:g} {tag.unit}"
+        message = f"{tag.name!r} = {value:g} is neither of its two positions, {positions}"
+        yield code, thing, f"{message}; state one of them, or a smaller increment in signals.csv"
 
 
 def _hurried(plant: PlantDescription, thing: str, command: Command) -> Found:
@@ -102,6 +113,9 @@ def writables(plant: PlantDescription) -> Found:
             slow = "none, so that it may step" if tag.rate_limit is None else f"{tag.rate_limit:g} {tag.unit}/s"
             message = f"fastest {rule.fastest:g} {tag.unit}/s must not be below its rate_limit in signals.csv, {slow}"
             yield Code.BAD_NUMBER, thing, f"writables.csv, {message}; correct or empty the cell"
+        if rule.ramped_by is Side.GUARD and tag.two_position and tag.rate_limit is not None:
+            message = "has two positions and is ramped by the guard, which commands what is between"
+            yield Code.TAG_NOT_WRITABLE, thing, f"{message}; let the plant do it, or empty rate_limit in signals.csv"
         if rule.ramped_by is Side.GUARD and tag.rate_limit is None:
             yield Code.TAG_NOT_WRITABLE, thing, "is ramped by the guard, but has no rate_limit in the signal table"
     by_hand = {(s.name, r.tag, r.design is None) for s in plant.machine.states for r in s.setpoints}

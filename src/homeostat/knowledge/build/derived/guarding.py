@@ -121,8 +121,9 @@ def _add_writables(draft: Draft) -> None:
 
 
 def _tolerance(tag: Line) -> float:
-    """Half of the increment of a tag, or of 1 % of its range where it has none."""
+    """Half of the increment of a tag; of 1 % of its range where it has none, or two positions."""
     low, high, increment = (number(tag[column]) for column in ("low", "high", "increment"))
-    if increment is not None:
+    span = high - low if low is not None and high is not None and high > low else 0.0
+    if increment is not None and (increment < span or not span):
         return increment / 2.0
-    return one_digit((high - low) / 200.0) if low is not None and high is not None and high > low else 0.0
+    return one_digit(span / 200.0)

@@ -72,8 +72,9 @@ def _add_manual(draft: Draft, origin: Origin, actuator: str) -> None:
 
 
 def _add_output(draft: Draft, origin: Origin, actuator: str, own: dict[str, str], by_hand: bool) -> None:
-    rate = written(1.0 / draft.timing.time_s(BY_HAND_S))
-    speed = {"rate_limit": rate, "increment": "0.01"} if by_hand else {}
+    rate, stated = written(1.0 / draft.timing.time_s(BY_HAND_S)), draft.find("signals", own["tag"])
+    steps = stated is not None and stated["increment"] == "1"
+    speed = {"rate_limit": "" if steps else rate, "increment": "0.01"} if by_hand else {}
     shared = {"role": "MV", "unit": "1", "low": "0", "high": "1", "scale": "0.05", "component": actuator}
     draft.add("signals", origin, own | shared | {"variable": plain(own["tag"])} | speed)
 
