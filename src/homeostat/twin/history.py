@@ -14,6 +14,13 @@ import numpy as np
 from homeostat.domain.snapshot import Snapshot
 from homeostat.process.types import Flags, Table, Vec
 
+COURSE = 5.0
+"""Standard errors by which readings must rise or fall for that to be a course and no noise [1]."""
+NEAR = 5
+"""First readings that their course may not lead away from: what steps among them has no straight line."""
+FEWEST = 5
+"""Fewer readings have no course that stands out of their noise."""
+
 
 @dataclass(frozen=True, slots=True)
 class Window:
@@ -26,7 +33,7 @@ class Window:
     inputs: Table
     """Inputs of the process model, shape (n, inputs)."""
     settle_rows: int = 20
-    """First readings that are averaged to find the state at the start."""
+    """First readings that say what state it starts in."""
     held: Mapping[str, Flags] = field(default_factory=dict)
     """Variable -> where its reading was unknown and the last one stands for it, shape (n,)."""
     frozen_s: Mapping[str, float] = field(default_factory=dict)
@@ -52,13 +59,33 @@ class Window:
         """The row nearest to a process time [s]; it need not be in the window."""
         return round((at_s - self.start_s) / self.tick_s)
 
-    def mean(self, first: int, last: int) -> dict[str, float]:
-        """Mean reading of each variable over rows ``first`` to ``last`` - 1; manual outputs keep their last value."""
-        return {v: float(np.mean(r[first:last])) for v, r in self.readings.items()}
+    @property
+    def beginning(self) -> dict[str, float]:
+        """What each variable was at the first reading, by the first :attr:`settle_rows`.
+
+        Their mean, or where they have a course the beginning of its straight line: the mean of a level that falls is
+        none that it had then.
+        """
+        return {v: _first(r[: self.settle_rows]) for v, r in self.readings.items()}
 
     def at(self, row: int) -> dict[str, float]:
         """Readings of one row."""
         return {v: float(r[row]) for v, r in self.readings.items()}
+
+
+def _first(readings: Vec) -> float:
+    """Where ``readings`` began, shape (n,): no further from their first ones than these are apart."""
+    mean, count = float(np.mean(readings)), len(readings)
+    if count < FEWEST or not np.all(np.isfinite(readings)):
+        return mean
+    row = np.arange(count) - (count - 1) / 2.0
+    spread = float(row @ row)
+    slope = float(row @ readings) / spread
+    left = readings - mean - slope * row
+    if abs(slope) <= COURSE * np.sqrt(float(left @ left) / ((count - 2) * spread)):
+        return mean
+    near = readings[:NEAR]
+    return float(np.clip(mean + slope * row[0], near.min(), near.max()))
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,7 +51,7 @@ def starting_states(
     faults) would show them. What no instrument shows stands where the member's own faults have put it: a valve that was
     stuck before the window does not move into its place within it.
     """
-    first = window.mean(0, min(window.settle_rows, window.length))
+    first = window.beginning
     states = np.tile(model.estimate(first | _manual(window)), (len(parameters), 1))
     commanded = model.replay_inputs(window.readings, window.inputs)[:1]
     arrived, follows = moved_inputs(commanded, carried.moves, window.start_s, tick_of(model.kernel))
