@@ -5,12 +5,9 @@ With names it runs these examples only, and prints what the page would say of th
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
 import sys
 import tempfile
-import time
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,6 +20,7 @@ from benchmarks.plants.kernels import MEMBERS, SECONDS, compared
 from benchmarks.plants.page import LAST, PAGE, section
 from benchmarks.plants.shipped import TITLE as SHIPPED
 from benchmarks.plants.shipped import told as shipped
+from benchmarks.ready import ready_s
 from homeostat.domain.outcome import Outcome
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Fault, scenario_of
@@ -165,26 +163,18 @@ def measured(name: str) -> Example:
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / name
         shutil.copytree(EXAMPLES / name, folder, ignore=shutil.ignore_patterns(*GENERATED))
-        ready_s = _ready_s(folder, Path(scratch) / "cache"), _ready_s(folder, Path(scratch) / "cache")
+        cache = Path(scratch) / "cache"
+        took_s = ready_s(str(folder), cache), ready_s(str(folder), cache)
         (folder / "baseline.csv").write_bytes(learned(load_plant(str(folder), learned=False)))
         plant = load_plant(str(folder))
         ends = tuple(_ended(plant, fault) for fault in plant.model.faults)
-    return Example(name, plant, _lines(EXAMPLES / name), ready_s, ends)
+    return Example(name, plant, _lines(EXAMPLES / name), took_s, ends)
 
 
 def _lines(folder: Path) -> tuple[int, int]:
     written = [p for p in folder.rglob("*") if p.suffix in (".py", ".csv", ".toml") and p.name not in GENERATED]
     lines = {path.name: len(path.read_text("utf-8").splitlines()) for path in written}
     return lines["process.py"], sum(lines.values())
-
-
-def _ready_s(folder: Path, cache: Path) -> float:
-    """Wall-clock time of a process that loads the plant and its kernel [s]."""
-    load = f"load_plant({str(folder)!r}, learned=False).model.kernel.load()"
-    code = f"from homeostat.plants.plant import load_plant; {load}"
-    begun = time.perf_counter()
-    subprocess.run([sys.executable, "-c", code], check=True, env=os.environ | {"NUMBA_CACHE_DIR": str(cache)})
-    return time.perf_counter() - begun
 
 
 def _ended(plant: Plant, fault: str) -> Ended:

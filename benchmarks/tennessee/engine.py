@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import tempfile
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from benchmarks.ready import ready_s
 from homeostat.plants.plant import Plant
 from homeostat.process.batch import Batch, simulate
 
 MEMBERS = 1000
-_LOAD = "load_plant('tennessee_eastman', learned=False).model.kernel.load()"
-_READY = f"from homeostat.plants.plant import load_plant; {_LOAD}"
 
 
 @dataclass(frozen=True)
@@ -34,7 +31,7 @@ class Speed:
 def speed(plant: Plant) -> Speed:
     """All of it, measured."""
     with tempfile.TemporaryDirectory() as cache:
-        cold_s, again_s = _ready_s(cache), _ready_s(cache)
+        cold_s, again_s = ready_s(plant.name, Path(cache)), ready_s(plant.name, Path(cache))
     crowd = _crowd(plant)
     took = []
     for _ in range(4):
@@ -42,12 +39,6 @@ def speed(plant: Plant) -> Speed:
         simulate(plant.model.kernel, crowd, plant.model.states.__getitem__)
         took.append(time.perf_counter() - began)
     return Speed(min(took[1:]), cold_s, again_s)
-
-
-def _ready_s(cache: str) -> float:
-    began = time.perf_counter()
-    subprocess.run([sys.executable, "-c", _READY], check=True, env=os.environ | {"NUMBA_CACHE_DIR": cache})
-    return time.perf_counter() - began
 
 
 def _crowd(plant: Plant) -> Batch:
