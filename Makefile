@@ -13,7 +13,7 @@ WORKERS ?= 2
 PYTEST := $(BIN)/pytest -n $(WORKERS) --dist worksteal
 # Where the quick, the slow and the wide tests are: nothing else is even read.
 QUICK := tests/domain tests/guard tests/journal tests/stl tests/tools tests/cli/test_replay.py
-SLOW := tests/benchmarks tests/cli tests/console tests/detectors tests/docs tests/evaluate tests/guard tests/history tests/journal tests/plants tests/service
+SLOW := tests/agents tests/benchmarks tests/cli tests/console tests/detectors tests/docs tests/evaluate tests/guard tests/history tests/journal tests/plants tests/service
 WIDE := tests/agents tests/benchmarks tests/cli tests/console tests/evaluate tests/fuzz tests/guard tests/history tests/knowledge tests/links tests/llm tests/plants tests/process tests/reference tests/safety tests/service tests/stl tests/twin
 SEED := 1
 

@@ -47,9 +47,9 @@ def test_nothing_changes_faster_than_its_tag_may() -> None:
     assert ramped(ORDERS, {"T1.sp": 300.0}, 1.0) == ORDERS
 
 
-def test_excess_begins_where_a_variable_is_further_off_than_its_scale() -> None:
-    """Of two members one is 1.5 K off at its worst, which is 0.5 beyond the scale of 1 K: 0.25 in the mean."""
-    off = {**QUIET, "T1": np.array([[0.0, 0.9, -1.5, 0.0], [1.0, 0.0, 0.0, 0.0]])}
+def test_excess_begins_where_a_variable_is_further_off_than_half_its_scale() -> None:
+    """Of two members one is 1.0 K off at its worst, which is 0.5 beyond half the scale of 1 K: 0.25 in the mean."""
+    off = {**QUIET, "T1": np.array([[0.0, 0.9, -1.0, 0.0], [0.5, 0.0, 0.0, 0.0]])}
     assert excess(PLANT, off, 1) == pytest.approx([0.25])
     assert excess(PLANT, {tag: np.vstack([QUIET[tag], off[tag]]) for tag in off}, 2) == pytest.approx([0.0, 0.25])
 
@@ -92,7 +92,7 @@ def moving(off: float) -> dict[str, np.ndarray]:
 
 def test_what_comes_to_rest_by_itself_soon_is_waited_for() -> None:
     assert settles(PLANT, moving(3.0), 2)
-    assert not settles(PLANT, moving(1.0), 2), "it is at rest"
+    assert not settles(PLANT, moving(0.5), 2), "it is at rest"
     assert not settles(PLANT, moving(3.0), 1), "it is not there so soon"
     assert not settles(PLANT, moving(3.0), 4), "nobody looks so far"
     assert settles(PLANT, moving(-3.0), 2), "on either side"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
@@ -15,7 +16,7 @@ from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Approve, Revise, Rollout, RolloutResult
 from homeostat.guard.requests.seal import Sealer
 from homeostat.recovery.bounds import RiskBounds
-from homeostat.recovery.release_check import FIRST, RISK, Checked, ReleaseCheck
+from homeostat.recovery.release_check import FIRST, LATER, RISK, Checked, ReleaseCheck
 from homeostat.twin.twin import Interruption
 from tests.recovery.line import LIMITS, MACHINE, TAGS, LineTwin, feed
 
@@ -58,13 +59,13 @@ class RiskyTwin(LineTwin):
         return replace(made, trajectory=replace(made.trajectory, signals=signals))
 
 
-def checked(twin: RiskyTwin, check: ReleaseCheck) -> Checked:
+def checked(twin: RiskyTwin, check: ReleaseCheck, at_s: float = 10.0) -> Checked:
     from homeostat.domain.snapshot import Snapshot
 
     values = {"T": 300.0, "L": 8.0, "F": 0.01, "T.sp": 300.0, "F.sp": 0.01, "L.sp": 8.0, "V.man": math.nan}
     approval = Approve(REDUCED.digest, ())
     found = Approved(REDUCED, PATH, approval, "search", Cost((), 1.0))
-    return check.check((Snapshot(10.0, values),), found, NOTHING)
+    return check.check((Snapshot(at_s, values),), found, NOTHING)
 
 
 def checking(twin: RiskyTwin, **risk: float) -> ReleaseCheck:
@@ -114,6 +115,37 @@ def test_asking_again_is_no_second_chance_and_a_release_ends_that() -> None:
     levels = [v.certificate.level for v in (third, fourth) if v.certificate is not None]
     assert levels[0] > levels[1] == pytest.approx(1.0 - 0.05 * FIRST)
     assert len(set(twin.drawn)) == len(twin.drawn), "every check draws afresh"
+
+
+def level_after(refused_s: Sequence[float], now_s: float) -> float:
+    """Confidence of a check at ``now_s`` after some that refused."""
+    twin = RiskyTwin([])
+    check = checking(twin, required=0.3, batch=16, most=10_000)
+    for at_s in refused_s:
+        twin.hot = [True] * 1000
+        assert isinstance(checked(twin, check, at_s).verdict, Revise)
+    twin.hot = []
+    verdict = checked(twin, check, now_s).verdict
+    assert isinstance(verdict, Approve) and verdict.certificate is not None
+    return verdict.certificate.level
+
+
+def test_what_was_refused_longer_ago_than_a_rollout_looks_ahead_is_forgotten() -> None:
+    first, shared_s = 1.0 - 0.05 * FIRST, RiskBounds().shared_s
+    assert level_after([10.0], 10.0 + shared_s) > first == level_after([10.0], 11.0 + shared_s)
+    assert level_after([10.0, 600.0], 11.0 + shared_s) == level_after([600.0], 700.0)
+
+
+def test_all_checks_together_err_no_more_than_one_may() -> None:
+    errors = [1.0 - level_after([10.0] * k, 10.0) for k in range(40)]
+    assert all(later < earlier for earlier, later in pairwise(errors)) and min(errors) > 1e-6
+    assert sum(errors) < 0.05 < sum(errors) + 0.05 * LATER / 39.0 * 1.1, "and all of it is used in the end"
+
+
+def test_asked_for_hours_it_neither_breaks_nor_stays_shut() -> None:
+    """Once a minute in vain: the error of a check that came after twenty was too small for a number."""
+    minutes = [60.0 * k for k in range(240)]
+    assert level_after(minutes, 60.0 * 240) < 1.0 - 1e-5
 
 
 def test_a_twin_that_leaves_the_physical_world_is_a_refusal() -> None:

@@ -90,8 +90,10 @@ class RiskBounds:
     required: float = 0.01
     """Largest probability of a violation that is released, as far as twin and hypotheses are true [1]."""
     level: float = 0.95
-    """Confidence with which it is to be bounded, shared by all checks since the last release [1]."""
+    """Confidence with which it is to be bounded, shared by all checks within :attr:`shared_s` [1]."""
     most: int = 1024
     """Most rollouts of one check; what they do not decide is refused."""
     batch: int = 128
     """Rollouts after which is looked whether they suffice."""
+    shared_s: float = 900.0
+    """Process time within which checks that refuse share the error, as long as a rollout looks ahead [s]."""

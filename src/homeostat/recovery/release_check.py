@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -28,7 +29,9 @@ from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Twin
 
 FIRST = 0.8
-"""Share of the error that the first check after a release has; of what is left the next one has as much [1]."""
+"""Share of the error that a check has after which nothing was refused lately [1]."""
+LATER = (1.0 - FIRST) * 6.0 / math.pi**2
+"""Share that the next one has; the k-th after it has it over k squared, so that all of them have what is left [1]."""
 RISK = "CHK-RISK"
 """Name of the refusal of what violates a hard limit too often."""
 UNSEALED = Seal("", 0.0, 0.0, "", "")
@@ -74,7 +77,8 @@ class ReleaseCheck:
         self._twin, self._limits, self._tags = twin, limits, tags
         self._scales = {tag.unit: tag.scale for tag in tags.values()}
         self._seal, self._configuration, self._risk = seal, configuration, risk or RiskBounds()
-        self._count = self._certified = self._in_vain = 0
+        self._count = self._certified = 0
+        self._in_vain: list[float] = []
 
     def check(self, fresh: Sequence[Snapshot], found: Approved, diagnosis: Diagnosis) -> Checked:
         """Roll ``found`` out again after the ``fresh`` snapshots, the last of which is now; seal it if it holds."""
@@ -94,21 +98,25 @@ class ReleaseCheck:
         else:  # what is released for a while is judged until it is over for sure
             verdict = judge_passing(found.actions, rollout, self._limits, self._tags, found.path)
         if isinstance(verdict, Approve):
-            verdict = self._certify(twin, found, hypotheses, verdict)
+            verdict = self._certify(twin, found, hypotheses, verdict, fresh[-1].at_s)
         passed = isinstance(verdict, Approve) and verdict.digest == found.approval.digest == found.actions.digest
         request = self._request(found, diagnosis, fresh[-1].at_s) if passed else None
         return Checked(verdict, rollout, request)
 
     def _certify(
-        self, twin: Twin, found: Approved, hypotheses: tuple[Hypothesis, ...], approval: Approve
+        self, twin: Twin, found: Approved, hypotheses: tuple[Hypothesis, ...], approval: Approve, now_s: float
     ) -> Approve | Revise:
         """The approval with its certificate, on draws that nobody has seen; a refusal where the risk is too large.
 
-        All checks since the last release share one error, the first one most of it: asking again is no second chance.
+        Checks since the last release share one error, the first one most of it: asking again is no second chance. What
+        was refused longer ago than a rollout looks ahead is forgotten: it was another plant, and a healthy one that
+        cannot be released for a while would never go back.
         """
         risk, draws, violations = self._risk, 0, 0
         self._certified += 1
-        level = 1.0 - (1.0 - risk.level) * FIRST * (1.0 - FIRST) ** self._in_vain
+        self._in_vain = [at_s for at_s in self._in_vain if now_s - at_s <= risk.shared_s]
+        share = LATER / len(self._in_vain) ** 2 if self._in_vain else FIRST
+        level = 1.0 - (1.0 - risk.level) * share
         findings: tuple[Finding, ...] = ()
         while draws < risk.most:
             members = twin.sampled(hypotheses, risk.batch, f"{self._certified}/{draws // risk.batch}")
@@ -119,12 +127,12 @@ class ReleaseCheck:
             violations += int(self._counted(twin, found, hypotheses, members, rollout).sum())
             low, high = interval(draws, violations, level, risk.required)
             if high <= risk.required:
-                self._in_vain = 0
+                self._in_vain = []
                 return replace(approval, certificate=Certificate(draws, violations, high, level))
             findings = rollout_findings(rollout, (), self._limits.watched.hard, found.actions)
             if low > risk.required:
                 break
-        self._in_vain += 1
+        self._in_vain.append(now_s)
         text = f"{violations} of {draws} rollouts violate a hard limit: at most {high:.2g} with {level:.1%} confidence"
         text, told = f"{text}; {risk.required:g} is admitted", Violating(violations, draws, violations / draws)
         refused = Finding(RISK, Owner.ACTION, risk.required - high, "1", 0.0, 0, text, None, told)

@@ -39,6 +39,10 @@ class Clearing:
         """A diagnosis explains the symptoms called ``rules``, which are there."""
         self._explained |= frozenset(rules)
 
+    def look_at(self, at_s: float) -> None:
+        """Look at ``at_s``, whatever symptoms there are [s]."""
+        self._looks = (*self._looks, at_s)
+
     def over(self) -> None:
         """Nothing is wrong any more: nothing is looked at because of what was explained."""
         self._explained, self._looks = frozenset(), ()

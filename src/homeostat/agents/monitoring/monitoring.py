@@ -8,6 +8,7 @@ from homeostat.agents.hypotheses import probabilities
 from homeostat.agents.monitoring.clearing import Clearing, may_return
 from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.agents.monitoring.settings import MonitoringSettings
+from homeostat.agents.monitoring.stepped import Stepped
 from homeostat.agents.monitoring.symptoms import SymptomWatch
 from homeostat.domain.diagnosis import (
     AS_LIKELY_AS_NOT,
@@ -71,6 +72,7 @@ class TwinMonitoring:
         self._returns_until_s = math.inf
         self._told: frozenset[str] = frozenset()
         self._clearing, self._checks = Clearing(description.timing), False
+        self._stepped = Stepped(description)
         self._growing = {m.name for m in description.fault_modes if m.effect is not None and m.effect.grows}
         self._indicates = {r.name: frozenset(r.faults) for r in description.symptom_rules}
         self._open, self._again = frozenset[str](), False
@@ -85,7 +87,9 @@ class TwinMonitoring:
         self._twin.observe(snapshot)
         self._at_s = snapshot.at_s
         self._symptoms = self._update(snapshot)
-        return not self._stopped and self._attention(snapshot.at_s)
+        if (until_s := self._stepped.take(snapshot, self._known)) is not None:
+            self._clearing.look_at(until_s)
+        return not (self._stopped or self._stepped.waits(self._at_s)) and self._attention(snapshot.at_s)
 
     def _repeats(self, snapshot: Snapshot) -> bool:
         """Whether every reading that has noise comes again to the last digit: an old picture with a new time.

@@ -14,12 +14,16 @@ import numpy as np
 from homeostat.agents.roles import Situation
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
-from homeostat.process.types import Cube, Vec
+from homeostat.process.types import Cube, Table, Vec
 
 RAMPS_S = (0.0, 60.0, 180.0, 420.0, 700.0, 1000.0, 1500.0)
 """How long setpoints may take; 0 for as fast as their tags may change [s]."""
+FAR = 0.5
+"""How far from its setpoint a controlled variable is no more near it, in scales [1]: the twin is off by as much."""
 SAME = 0.1
 """Excess that is as good as none, in scales [1]."""
+LEAVES = 2.0
+"""How much further what was near its setpoint may be off in the end, in scales [1]."""
 SOON_S = 600.0
 """What settles by itself within this time is waited for [s]: longer, the plant would be kept from producing."""
 
@@ -59,17 +63,22 @@ def _ramped(command: Command, present: float | None, seconds: float) -> Command:
 
 
 def excess(plant: PlantDescription, signals: Mapping[str, Cube], count: int) -> Vec:
-    """By how much controlled variables leave their setpoints by more than their scales, summed over the loops.
+    """By how much controlled variables are further than :data:`FAR` from their setpoints, summed over the loops.
 
     ``signals``: tag -> values, shape (count * members, times). Mean over members at their worst times, in scales, shape
     (count,).
     """
-    total = np.zeros(count)
-    for loop in plant.loops:
+    return np.asarray(_by_loop(plant, signals, count).sum(axis=0))
+
+
+def _by_loop(plant: PlantDescription, signals: Mapping[str, Cube], count: int) -> Table:
+    """The same of each loop, shape (loops, count)."""
+    found = np.zeros((len(plant.loops), count))
+    for k, loop in enumerate(plant.loops):
         scale = plant.tag(loop.process_variable).scale
         off = np.abs(signals[loop.process_variable] - signals[loop.setpoint]) / scale
-        total += np.fmax(off - 1.0, 0.0).max(axis=1).reshape(count, -1).mean(axis=1)
-    return total
+        found[k] = np.fmax(off - FAR, 0.0).max(axis=1).reshape(count, -1).mean(axis=1)
+    return found
 
 
 def gentlest(ways: Sequence[ActionSet], excesses: Vec, admitted: Sequence[bool]) -> ActionSet:
@@ -84,9 +93,12 @@ def gentlest(ways: Sequence[ActionSet], excesses: Vec, admitted: Sequence[bool])
 def settles(plant: PlantDescription, signals: Mapping[str, Cube], rows: int) -> bool:
     """Whether a plant that is left alone is off its setpoints, and near them from so many ``rows`` on.
 
+    What is near its setpoint now may leave it a little meanwhile: an actuator that is left by hand does not hold it.
     ``signals``: tag -> values, shape (members, times).
     """
-    late = {tag: values[:, rows:] for tag, values in signals.items()}
+    late, first = ({tag: values[:, part] for tag, values in signals.items()} for part in (slice(rows, None), slice(1)))
     if not all(values.shape[1] for values in late.values()):
         return False
-    return bool(excess(plant, signals, 1)[0] > SAME and excess(plant, late, 1)[0] <= SAME)
+    off = _by_loop(plant, first, 1)[:, 0] > SAME
+    most = np.where(off, SAME, LEAVES)
+    return bool(off.any() and (_by_loop(plant, late, 1)[:, 0] <= most).all())
