@@ -104,6 +104,13 @@ def test_a_plant_that_moves_by_itself_is_not_sent_back_yet(monkeypatch: pytest.M
         asyncio.run(search(QUICK).act(HEALTHY, BACK, Advice()))
 
 
+def test_a_limit_in_danger_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A setpoint that made up for a transmitter is wrong once that reads right: what must be done is the way back."""
+    monkeypatch.setattr("homeostat.agents.search.action.settles", lambda plant, signals, rows: True)
+    found = asyncio.run(search(QUICK).act(replace(HEALTHY, act_by_s=HEALTHY.snapshot.at_s + 60.0), BACK, Advice()))
+    assert found.target == "normal"
+
+
 def test_rest_is_not_waited_for_for_ever() -> None:
     rest = Rest()
     assert all(rest.awaited(at_s, 600.0) for at_s in (1000.0, 1060.0, 1600.0))

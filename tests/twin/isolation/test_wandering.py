@@ -60,7 +60,8 @@ def fit(plant: Plant, twin: Twin, seeds: tuple[int, ...]) -> Fit:
     """How well it fits that nothing is wrong."""
     carrier, accuracy = Carrier(plant.model, plant.description), Accuracy(plant.twin.errors, plant.twin.gain_error)
     window = seen(twin)
-    return fit_of_nothing(Evidence(plant.model, carrier, window, twin._posterior, replace(accuracy, paths=seeds)))
+    evidence = Evidence(plant.model, carrier, window, twin._posterior, replace(accuracy, paths=seeds))
+    return fit_of_nothing(evidence)[0]
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -157,7 +157,8 @@ class SearchAction:
     def _gently(self, twin: Twin, space: SearchSpace, situation: Situation) -> ActionSet:
         """The design of an ordinary state, as fast as controlled variables stay near their setpoints.
 
-        NoAdmissiblePlan while what was repaired still moves the plant by itself, as long as that may be waited for.
+        NoAdmissiblePlan while what was repaired still moves the plant by itself, as long as that may be waited for: not
+        where a limit is in danger meanwhile, which may be because setpoints still make up for what is over.
         """
         design, values = space.actions(space.design), situation.snapshot.values
         ways = list(dict.fromkeys(ramped(design, values, seconds) for seconds in twin.timing.times_s(RAMPS_S)))
@@ -165,7 +166,8 @@ class SearchAction:
         alone = ActionSet((), situation.state)
         left, dt_s = twin.try_many(ensemble, twin.schedules([alone], twin.horizon), refuse=False)
         soon_s = twin.timing.time_s(SOON_S)
-        if settles(self._plant, left, int(soon_s / dt_s)) and self._rest.awaited(situation.snapshot.at_s, soon_s):
+        safe = situation.act_by_s is None and settles(self._plant, left, int(soon_s / dt_s))
+        if safe and self._rest.awaited(situation.snapshot.at_s, soon_s):
             raise NoAdmissiblePlan(f"the plant comes to rest in {situation.state!r} first")
         signals, dt_s = twin.try_many(ensemble, twin.schedules(ways, twin.horizon), refuse=False)
         judged = self._cost.judge(signals, dt_s, ensemble.weights, ways)

@@ -23,6 +23,9 @@ OVER_NATS = 8.0
 """By how much nothing must explain one better than anything that was known [nats]."""
 THERE_NATS = 2.0
 """What was known is still there where it explains any stretch better than nothing by so much [nats]."""
+SHORT = 10
+"""Readings in a block that nothing must explain as well: a stretch that begins before the end of a fault is explained
+on the whole, and badly at one of its ends."""
 CHANGED = 80
 """Where nothing is better than what was known, but leaves more than noise, a stretch of so many readings says so."""
 ABOUT = 5
@@ -59,9 +62,13 @@ def begins_in(window: Window, known: Sequence[FaultSet]) -> bool:
     return any(abs(f.onset_s - window.start_s) <= about_s for faults in known for f in faults)
 
 
-def fit_of_nothing(evidence: Evidence) -> Fit:
-    """How well nothing explains the readings; ProcessError where the model leaves the physical world."""
-    return evidence.fit(evidence.losses(evidence.residuals([()]))[1][0])
+def fit_of_nothing(evidence: Evidence) -> tuple[Fit, bool]:
+    """How well nothing explains the readings, and whether it does so from the first of them to the last.
+
+    ProcessError where the model leaves the physical world.
+    """
+    _, left = evidence.losses(evidence.residuals([()]))
+    return evidence.fit(left[0]), not evidence.fit(left[0], SHORT).strained
 
 
 def lead_of_nothing(evidence: Evidence, known: Sequence[FaultSet]) -> float:

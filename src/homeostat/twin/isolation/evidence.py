@@ -189,13 +189,13 @@ class Evidence:
             return np.concatenate([self.likelihoods(sets[:half]), self.likelihoods(sets[half:])])
         return np.asarray(-0.5 * loss / TEMPER)
 
-    def fit(self, left: Vec) -> Fit:
-        """How well an explanation fits of which ``left`` is left, shape (readings,).
+    def fit(self, left: Vec, block: int = BLOCK) -> Fit:
+        """How well an explanation fits of which ``left`` is left, shape (readings,), in blocks of so many readings.
 
         A single wild reading is no reason to doubt it. Blocks are counted from the last reading back, so
         that what has just begun is in one of them.
         """
-        return _fit(_without_wild(np.square(left.reshape(self.shape))))
+        return _fit(_without_wild(np.square(left.reshape(self.shape))), block)
 
     def fits(self, left: Vec) -> dict[str, Fit]:
         """The same of each variable by itself."""
@@ -251,10 +251,10 @@ class Evidence:
         return self.whiten(change)
 
 
-def _fit(squares: Table) -> Fit:
+def _fit(squares: Table, block: int = BLOCK) -> Fit:
     """How well what leaves these ``squares`` fits, shape (ticks, variables)."""
     ticks, variables = squares.shape
-    length = min(BLOCK, ticks)
+    length = min(block, ticks)
     count = ticks // length
     blocks = squares[ticks - count * length :].reshape(count, length, variables).mean(axis=1)
     excess = np.maximum(blocks - USUAL_BLOCK, 0.0).sum() * length

@@ -209,23 +209,27 @@ class FaultIsolation:
     def ended(self, known: Sequence[FaultSet], windows: Iterable[Window], posterior: Posterior) -> Ended | None:
         """That all that was ``known`` is over, where it is; None where it is not, or nobody can tell.
 
-        ``windows`` end now, the shortest first.
+        ``windows`` end now, the shortest first. It is over since the first of the readings that nothing explains
+        throughout, or since now: what is looked at afterwards has no part in which it was there.
         """
-        found = None
+        found, since_s, throughout = None, None, True
         for window in windows:
             seen = stretch(window)
             if begins_in(seen, known):
                 continue
             try:
                 evidence = Evidence(self._model, self._carrier, seen, posterior, self._accuracy)
-                fit = fit_of_nothing(evidence)
+                fit, well = fit_of_nothing(evidence)
             except ProcessError:  # without what was known the model leaves the physical world
                 break
+            throughout = throughout and well
+            since_s = window.start_s if throughout else window.end_s if since_s is None else since_s
             lead = lead_of_nothing(evidence, known)
             if lead >= OVER_NATS and not fit.strained:
-                found = Ended(window.start_s, fits=True)
+                found = Ended(since_s, fits=True)
             elif lead >= OVER_NATS and fit.good and window.length >= CHANGED:
-                return found or Ended(window.at_s(window.length - 1 - window.length // 2), fits=False)
+                half_s = window.at_s(window.length - 1 - window.length // 2)
+                return found or Ended(max(half_s, since_s), fits=False)
             elif found or lead <= -THERE_NATS or (lead <= 0.0 and fit.strained):
                 break
         return found
