@@ -1,6 +1,6 @@
 """Three adopted causes per plant: unknown before, named after, no other name disturbed; resumable.
 
-``python -m benchmarks.plants.adopted --seeds 401-420`` gives each cause of ``adopted.toml`` a name in a run of its own,
+``python -m benchmarks.plants.adopted --seeds 401-428`` gives each cause of ``adopted.toml`` a name in a run of its own,
 as ``homeostat plant adopt`` does. Then the plant as it ships and the one that has adopted all of its causes look at the
 same readings: of each cause with other seeds and sizes, and of each fault of the tables.
 """
@@ -40,7 +40,7 @@ from homeostat.record.run_record import RunRecord
 CAUSES = Path(__file__).with_suffix(".toml")
 SOURCES = ("src", "benchmarks/plants")
 TITLE = "Three adopted causes"
-ABOUT = """Made by `python -m benchmarks.plants.adopted --seeds 401-420 --page`. Each cause gets its name after one run
+ABOUT = """Made by `python -m benchmarks.plants.adopted --seeds 401-428 --page`. Each cause gets its name after one run
 in which it was seen as something that no table names. Then two plants look at the same readings of other seeds and
 sizes: the one that ships, and the one that has adopted all three. *Noticed*: some symptom came while the run lasted;
 what shows none cannot be named. Asked for: unknown before, named after, in 20 seeds each, and no other name disturbed;
