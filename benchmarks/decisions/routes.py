@@ -59,7 +59,7 @@ def _diverted(
     now = [state for state, entered_s in alone.states if entered_s <= from_s][-1]
     for path in _paths(plant, now, _seen(plant, scenario, from_s)):
         opened = {
-            r.tag: np.linspace(r.low, r.high, LEVELS).tolist()
+            r.tag: sorted(set(map(plant.description.tag(r.tag).nearest, np.linspace(r.low, r.high, LEVELS).tolist())))
             for r in open_setpoints([plant.description.machine.state(name) for name in path.commanded])
         }
         for values in product(*opened.values()):

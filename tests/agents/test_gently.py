@@ -98,6 +98,29 @@ def test_what_comes_to_rest_by_itself_soon_is_waited_for() -> None:
     assert settles(PLANT, moving(-3.0), 2), "on either side"
 
 
+@pytest.mark.parametrize(
+    ("course", "waits"),
+    [
+        ([0.0, 1.0, 1.6, 1.6], True),  # by hand it ends a little off
+        ([0.0, 1.0, 3.0, 3.0], False),  # or far off
+        ([0.0, 1.0, 1.5, 2.4], False),  # or goes on
+        ([1.5, 1.5, 1.5, 1.5], False),  # it is off already, and does not come back
+        ([0.0, 4.0, 0.2, 0.1], True),  # it leaves and comes back
+        ([0.0, 0.0, math.nan, math.nan], False),
+    ],
+)
+def test_what_is_near_may_drift_a_little_while_another_comes_to_rest(course: list[float], waits: bool) -> None:
+    tag = PLANT.loops[0].process_variable
+    scale = PLANT.tag(tag).scale
+    assert settles(PLANT, {**moving(3.0), tag: scale * np.array([course] * 2)}, 2) is waits
+
+
+def test_what_leaves_its_setpoint_and_comes_back_is_waited_for() -> None:
+    tag = PLANT.loops[1].process_variable
+    course = PLANT.tag(tag).scale * np.array([[0.0, 3.0, 0.2, 0.1]] * 2)
+    assert settles(PLANT, {**QUIET, tag: course}, 2)
+
+
 def test_a_plant_that_moves_by_itself_is_not_sent_back_yet(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("homeostat.agents.search.action.settles", lambda plant, signals, rows: rows > 0)
     with pytest.raises(NoAdmissiblePlan, match="comes to rest in 'reduced_load' first"):

@@ -10,10 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from homeostat.agents.checks import command_findings
+from homeostat.agents.probing.moves import _stands_in
 from homeostat.agents.search.candidates import SearchSpace
 from homeostat.domain.plant.tag import Range, Role, Tag
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.guard.requests.verification import command_finding
+from homeostat.knowledge.checks.consistency_commands import _leads_across
 from homeostat.knowledge.store.error import GraphError
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.plants.wired.guarding import rules_of
@@ -105,3 +107,30 @@ def test_a_guard_that_ramps_needs_what_is_between(tmp_path: Path) -> None:
     (folder / "engineering" / "writables.csv").write_text(f"tag,ramped_by\n{HEATER},guard\n")
     with pytest.raises(GraphError, match="has two positions and is ramped by the guard"):
         load_plant(str(folder), learned=False)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "increment", "across"),
+    [(0.0, 1.0, 1.0, True), (0.0, 100.0, 100.0, True), (-1.0, 1.0, 2.0, False), (20.0, 100.0, 80.0, False)],
+)
+def test_a_step_leads_from_one_end_to_the_other(low: float, high: float, increment: float, across: bool) -> None:
+    """What a language model says is a whole multiple of the step."""
+    tag = Tag("XV1.cmd", Role.MV, "1", Range(low, high), 1.0, increment=increment)
+    assert tag.two_position and _leads_across(tag) is across
+
+
+def test_a_step_of_one_per_cent_keeps_its_rate(tmp_path: Path) -> None:
+    folder = tanks(tmp_path)
+    (folder / "engineering" / "signals.csv").write_text(f"tag,low,high,increment\n{HEATER},0,100,1\n")
+    for state in ("holding", "adjusted"):
+        change(folder, "engineering/setpoints.csv", f"{state},H1.man,0,1,", f"{state},H1.man,0,100,")
+    tag = load_plant(str(folder), learned=False).description.tag(HEATER)
+    assert not tag.two_position and tag.rate_limit is not None
+
+
+def test_from_between_nothing_is_tried(space: SearchSpace) -> None:
+    point = [None if r.design is None else r.design for r in space.ranges]
+    point[[r.tag for r in space.ranges].index(HEATER)] = 1.0
+    standing = {r.tag: v for r, v in zip(space.ranges, point, strict=True) if v is not None}
+    assert _stands_in(space, tuple(point), standing)
+    assert not _stands_in(space, tuple(point), standing | {HEATER: 0.95})

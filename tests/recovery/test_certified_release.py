@@ -11,7 +11,7 @@ import pytest
 
 from homeostat.agents.roles import Approved
 from homeostat.domain.cost import Cost
-from homeostat.domain.diagnosis import Diagnosis, Hypothesis
+from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Approve, Revise, Rollout, RolloutResult
 from homeostat.guard.requests.seal import Sealer
@@ -59,13 +59,13 @@ class RiskyTwin(LineTwin):
         return replace(made, trajectory=replace(made.trajectory, signals=signals))
 
 
-def checked(twin: RiskyTwin, check: ReleaseCheck, at_s: float = 10.0) -> Checked:
+def checked(twin: RiskyTwin, check: ReleaseCheck, at_s: float = 10.0, diagnosis: Diagnosis = NOTHING) -> Checked:
     from homeostat.domain.snapshot import Snapshot
 
     values = {"T": 300.0, "L": 8.0, "F": 0.01, "T.sp": 300.0, "F.sp": 0.01, "L.sp": 8.0, "V.man": math.nan}
     approval = Approve(REDUCED.digest, ())
     found = Approved(REDUCED, PATH, approval, "search", Cost((), 1.0))
-    return check.check((Snapshot(at_s, values),), found, NOTHING)
+    return check.check((Snapshot(at_s, values),), found, diagnosis)
 
 
 def checking(twin: RiskyTwin, **risk: float) -> ReleaseCheck:
@@ -130,7 +130,7 @@ def level_after(refused_s: Sequence[float], now_s: float) -> float:
     return verdict.certificate.level
 
 
-def test_what_was_refused_longer_ago_than_a_rollout_looks_ahead_is_forgotten() -> None:
+def test_what_was_refused_a_while_ago_is_forgotten() -> None:
     first, shared_s = 1.0 - 0.05 * FIRST, RiskBounds().shared_s
     assert level_after([10.0], 10.0 + shared_s) > first == level_after([10.0], 11.0 + shared_s)
     assert level_after([10.0, 600.0], 11.0 + shared_s) == level_after([600.0], 700.0)
@@ -142,10 +142,46 @@ def test_all_checks_together_err_no_more_than_one_may() -> None:
     assert sum(errors) < 0.05 < sum(errors) + 0.05 * LATER / 39.0 * 1.1, "and all of it is used in the end"
 
 
-def test_asked_for_hours_it_neither_breaks_nor_stays_shut() -> None:
-    """Once a minute in vain: the error of a check that came after twenty was too small for a number."""
-    minutes = [60.0 * k for k in range(240)]
-    assert level_after(minutes, 60.0 * 240) < 1.0 - 1e-5
+def asked_each_minute(until_s: float, good_from_s: float) -> list[float]:
+    """When what is asked once a minute with the bounds of the package is released; it is safe from a time on."""
+    twin, released = RiskyTwin([]), []
+    check = checking(twin, **{f: getattr(RiskBounds(), f) for f in ("required", "level", "most", "batch")})
+    for at_s in range(0, int(until_s), 60):
+        twin.hot = [at_s < good_from_s] * 2000
+        if isinstance(checked(twin, check, float(at_s)).verdict, Approve):
+            released.append(float(at_s))
+    return released
+
+
+def test_asked_for_hours_it_does_not_stay_shut() -> None:
+    """After a few refusals no draws can show anything for a while; what is not asked in vain is no refusal."""
+    released = asked_each_minute(4 * 3600.0, good_from_s=7200.0)
+    assert released and 7200.0 <= released[0] <= 7200.0 + RiskBounds().shared_s
+
+
+def test_a_check_that_could_show_nothing_says_when_it_can() -> None:
+    twin = RiskyTwin([])
+    check = checking(twin, required=0.01, most=1024, batch=128)
+    for at_s in range(100, 108):
+        twin.hot = [True] * 2000
+        assert isinstance(checked(twin, check, float(at_s)).verdict, Revise)
+    drawn, twin.hot = len(twin.drawn), []
+    refused = checked(twin, check, 200.0).verdict
+    assert isinstance(refused, Revise) and len(twin.drawn) == drawn, "nothing is drawn"
+    assert "checks within 900 s have refused; nothing can be shown but from 1000 s on" in refused.violated[0].message
+    assert isinstance(checked(twin, check, 1010.0).verdict, Approve)
+
+
+def test_a_fault_does_not_pay_for_what_was_asked_of_a_sound_plant() -> None:
+    twin = RiskyTwin([])
+    check = checking(twin, required=0.01, most=1024, batch=128)
+    for _ in range(9):
+        twin.hot = [True] * 2000
+        checked(twin, check)
+    twin.hot = []
+    faulty = Diagnosis(10.0, (), (Hypothesis((FaultState("leak", 1.0, 0.0),), 1.0),))
+    assert isinstance(checked(twin, check).verdict, Revise)
+    assert isinstance(checked(twin, check, diagnosis=faulty).verdict, Approve)
 
 
 def test_a_twin_that_leaves_the_physical_world_is_a_refusal() -> None:

@@ -138,7 +138,6 @@ def _case(
     settings: Settings, files: PlantFiles, graph: GraphStore, description: PlantDescription, model: ProcessModel
 ) -> Plant:
     """The plant without its reference values."""
-    twin = settings.twin.settings
     return Plant(
         name=files.folder.name,
         title=settings.title,
@@ -148,10 +147,10 @@ def _case(
         description=description,
         model=model,
         baselines={},
-        twin=replace(twin, delivered=_counted(settings, description)),
+        twin=replace(settings.twin.settings, delivered=_counted(settings, description)),
         intervention=settings.intervention.settings,
         monitoring=settings.monitoring.settings,
-        risk=replace(settings.risk.settings, shared_s=twin.horizon_s),
+        risk=replace(settings.risk.settings, shared_s=description.timing.time_s(RiskBounds().shared_s)),
         prices=_prices(settings, description),
         delivered=tuple(settings.objective.delivered),
         totals=dict(settings.objective.totals),

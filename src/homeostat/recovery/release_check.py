@@ -78,7 +78,7 @@ class ReleaseCheck:
         self._scales = {tag.unit: tag.scale for tag in tags.values()}
         self._seal, self._configuration, self._risk = seal, configuration, risk or RiskBounds()
         self._count = self._certified = 0
-        self._in_vain: list[float] = []
+        self._in_vain: dict[bool, list[float]] = {}
 
     def check(self, fresh: Sequence[Snapshot], found: Approved, diagnosis: Diagnosis) -> Checked:
         """Roll ``found`` out again after the ``fresh`` snapshots, the last of which is now; seal it if it holds."""
@@ -98,25 +98,34 @@ class ReleaseCheck:
         else:  # what is released for a while is judged until it is over for sure
             verdict = judge_passing(found.actions, rollout, self._limits, self._tags, found.path)
         if isinstance(verdict, Approve):
-            verdict = self._certify(twin, found, hypotheses, verdict, fresh[-1].at_s)
+            refused = self._in_vain.setdefault(diagnosis.faulty, [])
+            verdict = self._certify(twin, found, hypotheses, verdict, refused, fresh[-1].at_s)
         passed = isinstance(verdict, Approve) and verdict.digest == found.approval.digest == found.actions.digest
         request = self._request(found, diagnosis, fresh[-1].at_s) if passed else None
         return Checked(verdict, rollout, request)
 
     def _certify(
-        self, twin: Twin, found: Approved, hypotheses: tuple[Hypothesis, ...], approval: Approve, now_s: float
+        self,
+        twin: Twin,
+        found: Approved,
+        hypotheses: tuple[Hypothesis, ...],
+        approval: Approve,
+        refused_s: list[float],
+        now_s: float,
     ) -> Approve | Revise:
         """The approval with its certificate, on draws that nobody has seen; a refusal where the risk is too large.
 
-        Checks since the last release share one error, the first one most of it: asking again is no second chance. What
-        was refused longer ago than a rollout looks ahead is forgotten: it was another plant, and a healthy one that
-        cannot be released for a while would never go back.
+        Checks that refused lately, at ``refused_s`` [s], share one error with it, the first one most of it: asking
+        again is no second chance. One with whose share no draws could show anything is not made, and has no share.
         """
         risk, draws, violations = self._risk, 0, 0
+        refused_s[:] = [at_s for at_s in refused_s if now_s - at_s <= risk.shared_s]
+        level = 1.0 - (1.0 - risk.level) * (LATER / len(refused_s) ** 2 if refused_s else FIRST)
+        if refused_s and interval(risk.most, 0, level, risk.required)[1] > risk.required:
+            again = f"from {refused_s[0] + risk.shared_s:.0f} s on"
+            text = f"{len(refused_s)} checks within {risk.shared_s:g} s have refused; nothing can be shown but {again}"
+            return Revise((refusal(RISK, text),))
         self._certified += 1
-        self._in_vain = [at_s for at_s in self._in_vain if now_s - at_s <= risk.shared_s]
-        share = LATER / len(self._in_vain) ** 2 if self._in_vain else FIRST
-        level = 1.0 - (1.0 - risk.level) * share
         findings: tuple[Finding, ...] = ()
         while draws < risk.most:
             members = twin.sampled(hypotheses, risk.batch, f"{self._certified}/{draws // risk.batch}")
@@ -127,12 +136,12 @@ class ReleaseCheck:
             violations += int(self._counted(twin, found, hypotheses, members, rollout).sum())
             low, high = interval(draws, violations, level, risk.required)
             if high <= risk.required:
-                self._in_vain = []
+                refused_s.clear()
                 return replace(approval, certificate=Certificate(draws, violations, high, level))
             findings = rollout_findings(rollout, (), self._limits.watched.hard, found.actions)
             if low > risk.required:
                 break
-        self._in_vain.append(now_s)
+        refused_s.append(now_s)
         text = f"{violations} of {draws} rollouts violate a hard limit: at most {high:.2g} with {level:.1%} confidence"
         text, told = f"{text}; {risk.required:g} is admitted", Violating(violations, draws, violations / draws)
         refused = Finding(RISK, Owner.ACTION, risk.required - high, "1", 0.0, 0, text, None, told)

@@ -16,6 +16,8 @@ from homeostat.process.types import Flags, Table, Vec
 
 COURSE = 5.0
 """Standard errors by which readings must rise or fall for that to be a course and no noise [1]."""
+MOST_ALIKE = 0.9
+"""Largest correlation of one reading's noise with the next one's: twenty readings cannot show more [1]."""
 NEAR = 5
 """First readings that their course may not lead away from: what steps among them has no straight line."""
 FEWEST = 5
@@ -82,7 +84,9 @@ def _first(readings: Vec) -> float:
     spread = float(row @ row)
     slope = float(row @ readings) / spread
     left = readings - mean - slope * row
-    if abs(slope) <= COURSE * np.sqrt(float(left @ left) / ((count - 2) * spread)):
+    noise = float(left @ left)
+    alike = min(max(float(left[1:] @ left[:-1]) / noise, 0.0), MOST_ALIKE) if noise > 0.0 else 0.0
+    if abs(slope) <= COURSE * np.sqrt(noise * (1.0 + alike) / ((1.0 - alike) * (count - 2) * spread)):
         return mean
     near = readings[:NEAR]
     return float(np.clip(mean + slope * row[0], near.min(), near.max()))

@@ -67,7 +67,7 @@ class TwinSettings:
     synchronise_s: float = 300
     """Stretch that is replayed before a forecast [s]."""
     settle_rows: int = 20
-    """First readings of a replayed stretch that are averaged to find the state at its start."""
+    """First readings of a replayed stretch that say what state it starts in."""
     horizon_s: float = 900
     """Length of a rollout [s]."""
     judged_draws: int = 12

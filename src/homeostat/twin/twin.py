@@ -157,7 +157,7 @@ class Twin:
         settings, end_s = self.settings, self._history.window(1).end_s
         tick_s = self._timing.tick_s
         seconds = min(end_s - min(since_s, end_s) + settings.lead_s, settings.replay_s)
-        seconds = min(seconds, max(end_s - from_s + tick_s, tick_s))
+        seconds = min(seconds, max(end_s - from_s + tick_s, 2.0 * tick_s))
         window, recent = self._last(seconds), self._last(min(settings.recent_s, seconds))
         question = Question(candidates, tuple(known), dense, since_s, before, news)
         return self._isolation.explain(question, window, recent, self._posterior)

@@ -11,6 +11,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import departing, repaired, scenario
 from homeostat.links.simulated import SimulatedLink
+from homeostat.twin.isolation.ended import STRETCHES
 from homeostat.twin.twin import Twin
 from tests.twin.followed import follow, reactor
 from tests.twin.test_remembering import FOULED, held
@@ -88,3 +89,13 @@ def test_a_stretch_that_begins_where_the_fault_did_says_nothing(after_s: int, of
     """Once the setpoint has made up for it, a level that reads low looks like a tank that is filled less."""
     seen = compensated(1850.0)[: int(ONSET_S) + after_s]
     assert follow(seen, 3).ended(((FaultState("level_bias", 2.82, ONSET_S + off_s),),)) is None
+
+
+@pytest.mark.parametrize("mismatch", ["none", "plant"])
+@pytest.mark.parametrize("after_s", [6.0, 10.0, 16.0, 30.0, 45.0, 60.0])
+def test_what_is_looked_at_afterwards_has_no_part_in_which_a_bias_was_there(after_s: float, mismatch: str) -> None:
+    """Readings of a transmitter before and after its bias ended look as if it had another error; some must be left."""
+    for seed in (3, 4):
+        ended = looked("temp_bias", 6.0, after_s, seed, mismatch).ended(((FaultState("temp_bias", 6.0, ONSET_S),),))
+        if ended is not None:
+            assert REPAIRED_S - 4.0 <= ended.since_s <= REPAIRED_S + after_s - STRETCHES[0] + 1.0

@@ -1,5 +1,6 @@
 """Clearing: after symptoms that were explained have gone, what explained them may be over, and is looked at again."""
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
@@ -34,6 +35,7 @@ class Clearing:
         self._looks_s = timing.times_s(LOOKS_S)
         self._explained: frozenset[str] = frozenset()
         self._looks: tuple[float, ...] = ()
+        self._asked_s = math.inf
 
     def explained(self, rules: Collection[str]) -> None:
         """A diagnosis explains the symptoms called ``rules``, which are there."""
@@ -41,7 +43,7 @@ class Clearing:
 
     def look_at(self, at_s: float) -> None:
         """Look at ``at_s``, whatever symptoms there are [s]."""
-        self._looks = (*self._looks, at_s)
+        self._asked_s = at_s
 
     def over(self) -> None:
         """Nothing is wrong any more: nothing is looked at because of what was explained."""
@@ -53,6 +55,7 @@ class Clearing:
         if gone:
             self._explained -= gone
             self._looks = tuple(at_s + after_s for after_s in self._looks_s)
-        passed = [look for look in self._looks if look <= at_s]
-        self._looks = self._looks[len(passed) :]
+        passed = [look for look in (*self._looks, self._asked_s) if look <= at_s]
+        self._looks = tuple(look for look in self._looks if look > at_s)
+        self._asked_s = math.inf if self._asked_s <= at_s else self._asked_s
         return bool(passed)

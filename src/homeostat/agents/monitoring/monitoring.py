@@ -14,6 +14,7 @@ from homeostat.domain.diagnosis import (
     AS_LIKELY_AS_NOT,
     Diagnosis,
     FaultState,
+    Feature,
     Hypothesis,
     Symptom,
     by_fault_set,
@@ -75,6 +76,8 @@ class TwinMonitoring:
         self._stepped = Stepped(description)
         self._growing = {m.name for m in description.fault_modes if m.effect is not None and m.effect.grows}
         self._indicates = {r.name: frozenset(r.faults) for r in description.symptom_rules}
+        reads = {f.name: _read(f) for f in description.features}
+        self._reads = {r.name: reads[r.feature] for r in description.symptom_rules}
         self._open, self._again = frozenset[str](), False
         self._from_s = -math.inf
         self._at_s = -math.inf
@@ -89,7 +92,7 @@ class TwinMonitoring:
         self._symptoms = self._update(snapshot)
         if (until_s := self._stepped.take(snapshot, self._known)) is not None:
             self._clearing.look_at(until_s)
-        return not (self._stopped or self._stepped.waits(self._at_s)) and self._attention(snapshot.at_s)
+        return not self._stopped and self._attention(snapshot.at_s)
 
     def _repeats(self, snapshot: Snapshot) -> bool:
         """Whether every reading that has noise comes again to the last digit: an old picture with a new time.
@@ -257,12 +260,17 @@ class TwinMonitoring:
 
     def _attention(self, at_s: float) -> bool:
         """Whether something new was seen, or a review is due."""
-        if self._review_at_s is not None and at_s >= self._review_at_s:
+        waiting = self._stepped.waiting(at_s)
+        if self._review_at_s is not None and at_s >= self._review_at_s and not waiting:
             self._review_at_s = at_s + self._settings.review_s
             return True
         active = {s.rule for s in self._symptoms}
         clears = at_s >= self._quiet_until_s and self._clearing.due(active, at_s)
-        fresh = {s.rule for s in self._symptoms if self._acknowledged.get(s.rule, 0.0) <= at_s}
+        fresh = {
+            s.rule
+            for s in self._symptoms
+            if self._acknowledged.get(s.rule, 0.0) <= at_s and not self._reads[s.rule] & waiting
+        }
         found = bool(fresh) and at_s >= self._quiet_until_s
         self._checks = clears and not found
         self._again = found and fresh <= self._open
@@ -304,3 +312,9 @@ class TwinMonitoring:
             self._quiet_until_s = min(self._first_s + self._settings.evidence_s, at_s + self._settings.again_s)
             return True
         return False
+
+
+def _read(feature: Feature) -> frozenset[str]:
+    """Tags that ``feature`` is worked out from."""
+    stored = frozenset[str]() if feature.accumulation is None else frozenset(feature.accumulation.tags)
+    return stored | frozenset(feature.expression.tags)

@@ -22,7 +22,7 @@ class Stepped:
     """Says how long nothing new is concluded from an instrument that has stepped."""
 
     def __init__(self, plant: PlantDescription) -> None:
-        """Nothing has stepped yet."""
+        """Nothing has stepped yet; only what the tables say of how fast a reading may move can step."""
         measured: dict[str, set[str]] = {}
         for signal in plant.signals:
             if signal.relation is Relation.MEASURES and signal.tag.name in plant.qualities:
@@ -31,26 +31,28 @@ class Stepped:
         self._rules = {tag: plant.qualities[tag] for tags in measured.values() for tag in tags}
         self._wait_s = READINGS * plant.timing.tick_s
         self._before: dict[str, tuple[float, float]] = {}
-        self._began_s = -math.inf
+        self._began_s: dict[str, float] = {}
 
     def take(self, snapshot: Snapshot, known: Iterable[FaultState]) -> float | None:
         """Until when is waited where an instrument of what is ``known`` steps in this ``snapshot`` [s]; else None."""
         stepped = frozenset(tag for tag in self._rules if self._steps(tag, snapshot))
         of_known = frozenset[str]().union(*(self._tags.get(f.fault, frozenset()) for f in known))
-        if not stepped & of_known or snapshot.at_s < self._began_s + AGAIN * self._wait_s:
-            return None
-        self._began_s = snapshot.at_s
-        return self._began_s + self._wait_s
+        now_s, long_s = snapshot.at_s, AGAIN * self._wait_s
+        new = [tag for tag in stepped & of_known if now_s >= self._began_s.get(tag, -math.inf) + long_s]
+        self._began_s.update(dict.fromkeys(new, now_s))
+        return now_s + self._wait_s if new else None
 
-    def waits(self, at_s: float) -> bool:
-        """Whether what was read up to ``at_s`` does not say yet what it is [s]."""
-        return at_s < self._began_s + self._wait_s
+    def waiting(self, at_s: float) -> frozenset[str]:
+        """Tags of which what was read up to ``at_s`` does not say yet what they are [s]."""
+        return frozenset(tag for tag, began_s in self._began_s.items() if at_s < began_s + self._wait_s)
 
     def _steps(self, tag: str, snapshot: Snapshot) -> bool:
         """Whether ``tag`` reads otherwise than before by more than its process can move."""
-        at_s, value = snapshot.at_s, snapshot.values.get(tag, math.nan)
+        taken_s, value = snapshot.taken_s.get(tag, snapshot.at_s), snapshot.values.get(tag, math.nan)
         if not math.isfinite(value) or tag in snapshot.bad:
             return False
-        before_s, before = self._before.get(tag, (at_s, value))
-        self._before[tag] = at_s, value
-        return abs(value - before) > self._rules[tag].most_change(at_s - before_s)
+        before_s, before = self._before.get(tag, (taken_s, value))
+        if taken_s < before_s:
+            return False
+        self._before[tag] = taken_s, value
+        return abs(value - before) > self._rules[tag].most_change(taken_s - before_s)

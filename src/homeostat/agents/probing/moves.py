@@ -30,6 +30,10 @@ class Move:
     """What its risk costs while it lasts, in production [1]."""
 
 
+BETWEEN = 0.01
+"""Share of its range by which what has two positions is at neither [1]."""
+
+
 def moves(paths: Sequence[RecoveryPath], tags: Mapping[str, Tag], values: Mapping[str, float]) -> Iterator[Move]:
     """Every move along ``paths`` from the present ``values``.
 
@@ -58,9 +62,15 @@ def _risk_added(path: RecoveryPath) -> int:
 
 
 def _stands_in(space: SearchSpace, here: Point, values: Mapping[str, float]) -> bool:
-    """Whether the plant could be in the state as it stands: nothing reads off ``here`` by more than its scale."""
-    pairs = ((space.tags[r.tag].scale, v, values.get(r.tag, math.nan)) for r, v in zip(space.ranges, here, strict=True))
-    return not any(value is not None and abs(value - read) > scale for scale, value, read in pairs)
+    """Whether the plant could be in the state as it stands: nothing reads off ``here`` by more than its scale.
+
+    What has two positions must be at one of them: from between, any move would be a stroke.
+    """
+    pairs = ((space.tags[r.tag], v, values.get(r.tag, math.nan)) for r, v in zip(space.ranges, here, strict=True))
+    return not any(
+        value is not None and abs(value - read) > (BETWEEN * tag.range.span if tag.two_position else tag.scale)
+        for tag, value, read in pairs
+    )
 
 
 def _around(space: SearchSpace, here: Point) -> Iterator[Point]:

@@ -23,7 +23,7 @@ FAR = 0.5
 SAME = 0.1
 """Excess that is as good as none, in scales [1]."""
 LEAVES = 2.0
-"""How much further what was near its setpoint may be off in the end, in scales [1]."""
+"""How much further what is near its setpoint now may be off in the end, where it does not go on, in scales [1]."""
 SOON_S = 600.0
 """What settles by itself within this time is waited for [s]: longer, the plant would be kept from producing."""
 
@@ -91,14 +91,20 @@ def gentlest(ways: Sequence[ActionSet], excesses: Vec, admitted: Sequence[bool])
 
 
 def settles(plant: PlantDescription, signals: Mapping[str, Cube], rows: int) -> bool:
-    """Whether a plant that is left alone is off its setpoints, and near them from so many ``rows`` on.
+    """Whether a plant that is left alone leaves its setpoints, and is near them from so many ``rows`` on.
 
-    What is near its setpoint now may leave it a little meanwhile: an actuator that is left by hand does not hold it.
+    What is near its setpoint now may end a little off it: an actuator that is left by hand does not hold it.
     ``signals``: tag -> values, shape (members, times).
     """
-    late, first = ({tag: values[:, part] for tag, values in signals.items()} for part in (slice(rows, None), slice(1)))
-    if not all(values.shape[1] for values in late.values()):
+    read = [signals[tag] for loop in plant.loops for tag in (loop.process_variable, loop.setpoint)]
+    if not all(np.isfinite(values).all() for values in read):
         return False
-    off = _by_loop(plant, first, 1)[:, 0] > SAME
-    most = np.where(off, SAME, LEAVES)
-    return bool(off.any() and (_by_loop(plant, late, 1)[:, 0] <= most).all())
+    if not 0 < rows < min(values.shape[1] for values in signals.values()):
+        return False
+
+    def off(first: int | None, last: int | None) -> Vec:
+        return np.asarray(_by_loop(plant, {tag: v[:, first:last] for tag, v in signals.items()}, 1)[:, 0])
+
+    now, early, late, end = off(0, 1), off(0, rows), off(rows, None), off(-1, None)
+    rests, drifts = late <= SAME, (now <= SAME) & (late <= LEAVES) & (end <= off(rows, rows + 1) + SAME)
+    return bool(((early > SAME) & rests).any() and (rests | drifts).all())

@@ -74,7 +74,7 @@ def _ways(plant: Plant) -> Iterator[tuple[RecoveryPath, dict[str, float]]]:
         if not machine.is_end(path.target, machine.recovery_event):
             continue
         ranges = {
-            r.tag: np.linspace(r.low, r.high, LEVELS).tolist()
+            r.tag: sorted(set(map(plant.description.tag(r.tag).nearest, np.linspace(r.low, r.high, LEVELS).tolist())))
             for r in open_setpoints([machine.state(name) for name in path.states])
         }
         for values in itertools.product(*ranges.values()):

@@ -106,6 +106,9 @@ def writables(plant: PlantDescription) -> Found:
         thing, tag = f"writable tag {name!r}", plant.tag(name)
         if reason := _not_commandable(plant, name):
             yield Code.NOT_COMMANDABLE, thing, f"cannot be commanded: {reason}"
+        if tag.two_position and not _leads_across(tag):
+            message = f"increment {tag.increment:g} {tag.unit} does not lead from one end of its range to the other"
+            yield Code.BAD_NUMBER, thing, f"{message}; both must be multiples of it"
         if tag.increment is not None and rule.tolerance >= tag.increment:
             message = f"tolerance {rule.tolerance:g} must be below its increment {tag.increment:g} {tag.unit}"
             yield Code.BAD_NUMBER, thing, message
@@ -115,7 +118,7 @@ def writables(plant: PlantDescription) -> Found:
             yield Code.BAD_NUMBER, thing, f"writables.csv, {message}; correct or empty the cell"
         if rule.ramped_by is Side.GUARD and tag.two_position and tag.rate_limit is not None:
             message = "has two positions and is ramped by the guard, which commands what is between"
-            yield Code.TAG_NOT_WRITABLE, thing, f"{message}; let the plant do it, or empty rate_limit in signals.csv"
+            yield Code.TAG_NOT_WRITABLE, thing, f"{message}; let the plant do it"
         if rule.ramped_by is Side.GUARD and tag.rate_limit is None:
             yield Code.TAG_NOT_WRITABLE, thing, "is ramped by the guard, but has no rate_limit in the signal table"
     by_hand = {(s.name, r.tag, r.design is None) for s in plant.machine.states for r in s.setpoints}
@@ -131,6 +134,14 @@ def writables(plant: PlantDescription) -> Found:
                     f"hands {written!r} back to automatic, which its row of the writable tags forbids; fill the value"
                 )
                 yield Code.TAG_NOT_WRITABLE, thing, message
+
+
+def _leads_across(tag: Tag) -> bool:
+    """Whether both ends of a tag's range are multiples of its increment, and nothing between them is."""
+    step = tag.increment or tag.range.span
+    ends = (tag.range.low / step, tag.range.high / step)
+    whole = all(abs(end - round(end)) <= ROUNDING for end in ends)
+    return whole and round(ends[1]) - round(ends[0]) == 1
 
 
 def _not_commandable(plant: PlantDescription, name: str) -> str:

@@ -210,11 +210,12 @@ class FaultIsolation:
         """That all that was ``known`` is over, where it is; None where it is not, or nobody can tell.
 
         ``windows`` end now, the shortest first. It is over since the first of the readings that nothing explains
-        throughout, or since now: what is looked at afterwards has no part in which it was there.
+        throughout, or of the shortest stretch: what is looked at afterwards has hardly a part in which it was there.
         """
-        found, since_s, throughout = None, None, True
+        found, since_s, shortest_s, throughout = None, -np.inf, -np.inf, True
         for window in windows:
             seen = stretch(window)
+            shortest_s = max(shortest_s, window.start_s)
             if begins_in(seen, known):
                 continue
             try:
@@ -223,13 +224,13 @@ class FaultIsolation:
             except ProcessError:  # without what was known the model leaves the physical world
                 break
             throughout = throughout and well
-            since_s = window.start_s if throughout else window.end_s if since_s is None else since_s
+            since_s = window.start_s if throughout else since_s
             lead = lead_of_nothing(evidence, known)
             if lead >= OVER_NATS and not fit.strained:
-                found = Ended(since_s, fits=True)
+                found = Ended(since_s if np.isfinite(since_s) else shortest_s, fits=True)
             elif lead >= OVER_NATS and fit.good and window.length >= CHANGED:
                 half_s = window.at_s(window.length - 1 - window.length // 2)
-                return found or Ended(max(half_s, since_s), fits=False)
+                return found or Ended(since_s if half_s < since_s < shortest_s else half_s, fits=False)
             elif found or lead <= -THERE_NATS or (lead <= 0.0 and fit.strained):
                 break
         return found
