@@ -90,6 +90,7 @@ def test_nobody_commands_what_is_between(plant: Plant, space: SearchSpace, value
     ("table", "before", "after"),
     [
         ("setpoints", "adjusted,H1.man,0,1,", "adjusted,H1.man,0,0.5,"),
+        ("setpoints", "adjusted,H1.man,0,1,", "adjusted,H1.man,0,1,0.5"),
         ("fallbacks", "stop,,H1.man,0", "stop,,H1.man,0.2"),
     ],
 )

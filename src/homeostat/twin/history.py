@@ -16,6 +16,8 @@ from homeostat.process.types import Flags, Table, Vec
 
 COURSE = 5.0
 """Standard errors by which readings must rise or fall for that to be a course and no noise [1]."""
+MOSTLY = 0.5
+"""Share of its readings that differ from the one before, of an instrument that is fine enough for its noise."""
 MOST_ALIKE = 0.9
 """Largest correlation of one reading's noise with the next one's: twenty readings cannot show more [1]."""
 NEAR = 5
@@ -42,6 +44,8 @@ class Window:
     """Variable -> process time from which its instrument repeats itself, at the end of the window [s]."""
     tick_s: float = 1.0
     """Process time between two readings [s]."""
+    still_s: Mapping[str, float] = field(default_factory=dict)
+    """Variable -> when a reading of it changed last, before the window, of those that had changed most times [s]."""
 
     @property
     def length(self) -> int:
@@ -127,6 +131,8 @@ class History:
         self._rows: deque[_Row] = deque(maxlen=capacity)
         self._windows: dict[int, Window] = {}
         self._frozen_s: dict[str, float] = {}
+        none = np.zeros(len(self._variables))
+        self._changed_s, self._changes, self._compared, self._until_change = none, none, none, none
 
     def append(self, snapshot: Snapshot) -> None:
         """Take one more snapshot; one that is no newer is ignored, and ticks without one are filled."""
@@ -151,8 +157,16 @@ class History:
         unknown = lacking if lacking.any() else None
         if unknown is not None:
             values[unknown] = self._rows[-1].values[unknown] if self._rows else math.nan
+        self._compare(snapshot.at_s, values, lacking)
         self._rows.append(_Row(snapshot.at_s, values, unknown))
         self._windows.clear()
+
+    def _compare(self, at_s: float, values: Vec, lacking: Flags) -> None:
+        """Take note of which readings are others than before; the arrays are new ones, since copies share the old."""
+        changed = ~lacking & (values != self._rows[-1].values) if self._rows else ~lacking
+        self._compared, self._changes = self._compared + ~lacking, self._changes + changed
+        self._changed_s = np.where(changed, at_s, self._changed_s)
+        self._until_change = np.where(changed, self._compared, self._until_change)
 
     def copy(self) -> History:
         """The same readings; what either takes from now on the other does not have."""
@@ -193,4 +207,8 @@ class History:
             held = {v: f for v, f in zip(self._variables.values(), flags, strict=True) if f.any()}
         readings = dict(zip(self._variables.values(), table, strict=True))
         frozen_s = {v: max(since_s, rows[0].at_s) for v, since_s in self._frozen_s.items()}
-        return Window(rows[0].at_s, readings, inputs, self._settle_rows, held, frozen_s, self._tick_s)
+        lively = self._changes > MOSTLY * np.maximum(self._until_change, 1.0)
+        still = lively & (self._changed_s <= rows[0].at_s)
+        still_s = {v: float(self._changed_s[k]) for k, v in enumerate(self._variables.values()) if still[k]}
+        begin_s = rows[0].at_s
+        return Window(begin_s, readings, inputs, self._settle_rows, held, frozen_s, self._tick_s, still_s)

@@ -83,3 +83,28 @@ def test_an_instrument_that_moves_again_is_frozen_no_more() -> None:
             (finding,) = flat_lines(history.window(400), d)
             assert finding.what is What.FROZEN and finding.value > finding.limit
     assert flat_lines(history.window(400), d) == ()
+
+
+@pytest.mark.parametrize("raw", [True, False])
+def test_one_that_was_frozen_before_the_window_began_is_named_too(raw: bool) -> None:
+    """Nothing shows how it scattered before; the tables say that it does. It was taken for a drift."""
+    plant = reactor()
+    twin = Twin(plant.model, plant.description, plant.twin, 401)
+    end_s = ONSET + int(plant.twin.replay_s) + 100
+    told = f"L1 frozen from {ONSET}"
+    for snapshot in disturbed(401, end_s, told, mismatch="plant") if raw else judged(told, end_s=end_s):
+        twin.observe(snapshot)
+        if snapshot.at_s == 1400.0:
+            twin.calibrate(LEARN_S)
+    window = twin._last(300.0)
+    assert [(f.tag, f.what) for f in flat_lines(window, plant.description)] == [("L1", What.FROZEN)]
+    assert flat_lines(window, plant.description)[0].since_s <= window.start_s
+    assert twin.explain(["level_bias"], (), since_s=end_s - 5.0, news=True)[0].name == "L1_frozen"
+
+
+def test_what_has_no_noise_in_the_tables_may_stand_still() -> None:
+    plant, readings = reactor(), [replace(s, values=s.values | {"F1": 0.02}) for s in judged(end_s=200)]
+    twin = Twin(plant.model, plant.description, plant.twin, 401)
+    for snapshot in readings:
+        twin.observe(snapshot)
+    assert flat_lines(twin._last(100.0), plant.description) == ()

@@ -24,6 +24,8 @@ def setpoints(plant: PlantDescription) -> Found:
                 if not tag.range.contains(value):
                     message = f"admits {tag.name!r} = {value:g}, outside its range {allowed}"
                     yield Code.SETPOINT_OUTSIDE_RANGE, thing, message
+            given = dict.fromkeys((setpoint.low, setpoint.high, *filter(None, (setpoint.design,))))
+            for value in given:
                 yield from _between(tag, value, Code.SETPOINT_OUTSIDE_RANGE, thing)
             if setpoint.design is not None and not setpoint.low <= setpoint.design <= setpoint.high:
                 admitted = f"[{setpoint.low:g}, {setpoint.high:g}] {tag.unit}"

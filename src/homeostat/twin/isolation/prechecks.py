@@ -117,6 +117,9 @@ def flat_lines(window: Window, description: PlantDescription) -> tuple[Finding, 
         count, moving = len(values) - first, ~_at_rest(values, first, signal, description)
         if count <= EQUAL or not moving[-1]:
             continue
+        if first == 0:
+            found += _throughout(window, signal, description)
+            continue
         equal = (np.diff(values[:first]) == 0.0)[(moving[1:] & moving[:-1])[: max(first - 1, 0)]]
         often = float(np.count_nonzero(equal)) + 1.0
         share = (often + 2.0 * math.sqrt(often)) / (equal.size + 2.0)  # not by luck more than that
@@ -130,6 +133,16 @@ def flat_lines(window: Window, description: PlantDescription) -> tuple[Finding, 
         since_s = window.at_s(float(rows[first]))
         found.append(Finding(signal.tag.name, What.FROZEN, since_s, float(count), limit, "readings", text))
     return tuple(found)
+
+
+def _throughout(window: Window, signal: Signal, description: PlantDescription) -> tuple[Finding, ...]:
+    """That an instrument is stuck that repeats itself in all of ``window``, and did not before; the tables say for how
+    long it may."""
+    rule, since_s = description.qualities[signal.tag.name], window.still_s.get(signal.variable)
+    if since_s is None or not rule.noise or rule.frozen_s is None or window.end_s - since_s < rule.frozen_s:
+        return ()
+    text = f"{signal.tag.name} repeats itself since {since_s:.0f} s although it has noise: {signal.component} is stuck"
+    return (Finding(signal.tag.name, What.FROZEN, since_s, window.end_s - since_s, rule.frozen_s, "s", text),)
 
 
 def _known_to_be_frozen(window: Window, signal: Signal, description: PlantDescription) -> tuple[Finding, ...]:
