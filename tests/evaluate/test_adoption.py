@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 
 from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultState, Hypothesis, Symptom
 from homeostat.domain.events.recovery import Diagnosed
+from homeostat.domain.events.writes import Cause, WriteIntended
+from homeostat.domain.recovery import Command
 from homeostat.evaluate.recorded.adoption import AdoptionError, adoption
 from homeostat.record.run_record import RunRecord
 from tests.twin.followed import reactor
@@ -49,6 +51,29 @@ def test_the_last_diagnosis_counts_and_symptoms_of_all_that_said_it() -> None:
     made(later.event, 2100.0)
     assert adoption(made, PLANT, "scale", "").symptoms == ("S-COOLANT-OFF", "S-HOT")
     assert adoption(made, PLANT, "scale", "").fault["label"] == PLANT.fault_mode("unknown_V2_F3_max").label
+
+
+def released(made: RunRecord, at_s: float) -> None:
+    commands = (Command("V2.man", 0.4, 0.05),)
+    made(WriteIntended(1, 1, Cause.REQUEST, "search-1", commands, "", "reduced_load"), at_s)
+
+
+def test_what_was_seen_first_shows_it_although_other_causes_were_likelier_then() -> None:
+    """And what is seen after a release may be what that has done."""
+    made = record({"fouling": 0.9, SOMETHING_ELSE: 0.1})
+    released(made, 1520.0)
+    for later_s, rule in ((1630.0, "S-HOT"), (2230.0, "S-COLD")):
+        seen = (Symptom(SEEN.rule, 1510.0, -0.06, 0.04, 1.5), Symptom(rule, later_s, 2.0, 1.4, 1.4))
+        state = FaultState("unknown_V2_F3_max", -0.12, 1500.0)
+        made(Diagnosed(seen[(rule == "S-COLD") :], (Hypothesis((state,), 1.0),)), later_s + 1.0)
+    assert adoption(made, PLANT, "scale", "").symptoms == (SEEN.rule,)
+
+
+def test_what_was_seen_after_a_release_alone_is_better_than_nothing() -> None:
+    made = record({"none": 1.0}, rule="no rule")
+    released(made, 1505.0)
+    made(record({"unknown_V2_F3_max": 1.0}, rule="S-HOT").entries[0].event, 1512.0)
+    assert adoption(made, PLANT, "scale", "").symptoms == ("S-HOT",)
 
 
 def test_which_of_a_set_it_was_is_for_a_person_to_say() -> None:

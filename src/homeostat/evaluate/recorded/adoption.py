@@ -1,6 +1,7 @@
 """Adoption: what was unknown in a run, and a person has found the cause of, as rows of the plant's tables."""
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -64,7 +65,7 @@ def adoption(record: RunRecord, plant: PlantDescription, name: str, label: str, 
     found = plant.fault_mode(state.fault)
     if not can_be_adopted(found):
         raise AdoptionError(f"{found.name!r} cannot be adopted: nothing simulates it, so that no twin could try it")
-    symptoms = tuple(dict.fromkeys(_symptoms(told, found.name, plant)))
+    symptoms = _symptoms(record, told, state, plant)
     if not symptoms:
         raise AdoptionError(f"no symptom was seen of {found.name!r}, and a fault needs one that indicates it")
     return Adoption(found, _row(found, state, plant, name, label), symptoms)
@@ -105,12 +106,22 @@ def _told(said: list[FaultProbability]) -> str:
     return ", ".join(f"{100.0 * each.probability:.0f} % {each.name}" for each in said)
 
 
-def _symptoms(told: list[Diagnosed], mode: str, plant: PlantDescription) -> Iterator[str]:
-    """What was seen whenever ``mode`` was among what was said."""
+def _symptoms(record: RunRecord, told: list[Diagnosed], state: FaultState, plant: PlantDescription) -> tuple[str, ...]:
+    """What shows the cause: symptoms that began after it and before anything was released.
+
+    At first other causes may be likelier, and what is seen after a release may be what that did. Where nothing was seen
+    before, whatever was whenever the cause was among what was said.
+    """
     rules = {rule.name for rule in plant.symptom_rules}
-    for event in told:
-        if any(f.fault == mode for h in event.hypotheses for f in h.faults):
-            yield from (symptom.rule for symptom in event.symptoms if symptom.rule in rules)
+    mine = [each for event in told if _says(event, state.fault) for each in event.symptoms if each.rule in rules]
+    every = [each for event in told for each in event.symptoms if each.rule in rules and each.at_s >= state.onset_s]
+    until_s = next((each.at_s for each in record.released if each.at_s >= state.onset_s), math.inf)
+    before = [each for each in (*every, *mine) if each.at_s <= until_s]
+    return tuple(dict.fromkeys(each.rule for each in before or mine))
+
+
+def _says(event: Diagnosed, mode: str) -> bool:
+    return any(fault.fault == mode for each in event.hypotheses for fault in each.faults)
 
 
 def _row(mode: FaultMode, state: FaultState, plant: PlantDescription, name: str, label: str) -> Mapping[str, str]:
