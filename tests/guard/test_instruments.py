@@ -43,7 +43,7 @@ def test_one_that_stays_bad_is_told_once_with_its_reason_and_returns() -> None:
 
 def test_one_without_a_reason_is_told_as_well() -> None:
     watched, noted = instruments()
-    for at_s in (0.0, 10.0):
+    for at_s in (0.0, 5.0, 10.0):
         watched.judge(read(at_s, "L1", "L2"), at_s)
     assert [event.cause for event, _ in noted] == [f"'L1' {WHY}", "'L2' is bad again and again"]
 
@@ -77,7 +77,7 @@ def test_a_tag_without_a_rule_is_nobodys_alarm() -> None:
 @pytest.mark.parametrize("count", [MOST, MOST + 1])
 def test_many_at_once_are_one_alarm_and_who_joins_later_is_named(count: int) -> None:
     watched, noted = instruments()
-    for at_s in (0.0, 9.0, 10.0, 11.0):
+    for at_s in (0.0, 5.0, 9.0, 10.0, 11.0):
         watched.judge(read(at_s, *TAGS[:count]), at_s)
     if count == MOST:
         assert [event.alarm for event, _ in noted] == [f"reading:{tag}" for tag in TAGS[:count]]
@@ -85,23 +85,26 @@ def test_many_at_once_are_one_alarm_and_who_joins_later_is_named(count: int) -> 
     ((event, at_s),) = noted
     assert (event.alarm, event.priority, at_s) == (ALL, Priority.HIGH, 10.0)
     assert event.cause == "6 of 8 readings are bad: L1, L2, L3, L4, L5, L6"
-    for at_s in (12.0, 22.0, 23.0):
+    for at_s in (12.0, 17.0, 22.0, 23.0):
         watched.judge(read(at_s, *TAGS), at_s)
     assert [(event.alarm, at_s) for event, at_s in noted[1:]] == [("reading:L7", 22.0), ("reading:L8", 22.0)]
     watched.judge(read(24.0, "L1"), 24.0)
-    watched.judge(read(40.0, "L1"), 40.0)
+    for at_s in (29.0, 34.0, 40.0):
+        watched.judge(read(at_s, "L1"), at_s)
     assert len(noted) == 5 and ALL not in {event.alarm for event, _ in noted[3:]}, "one of them is still out"
-    watched.judge(read(60.0), 60.0)
-    assert noted[-1] == (AlarmReturned(ALL), 60.0)
+    for at_s in (45.0, 50.0):
+        watched.judge(read(at_s), at_s)
+    assert noted[-1] == (AlarmReturned(ALL), 50.0)
 
 
 def test_one_that_was_told_before_there_were_many_returns_when_it_is_good() -> None:
     watched, noted = instruments()
-    for at_s in (0.0, 10.0):
+    for at_s in (0.0, 5.0, 10.0):
         watched.judge(read(at_s, "L8"), at_s)
-    for at_s in (11.0, 21.0):
+    for at_s in (11.0, 16.0, 21.0):
         watched.judge(read(at_s, *TAGS), at_s)
-    watched.judge(read(31.0, *TAGS[:7]), 31.0)
+    for at_s in (26.0, 31.0):
+        watched.judge(read(at_s, *TAGS[:7]), at_s)
     assert [event.alarm for event, _ in noted] == ["reading:L8", ALL, "reading:L8"]
     assert noted[-1] == (AlarmReturned("reading:L8"), 31.0)
 
@@ -111,3 +114,11 @@ def test_a_clock_that_stands_or_goes_back_breaks_nothing() -> None:
     for at_s in (100.0, 100.0, 50.0, 55.0, 60.0):
         watched.judge(read(at_s, "L1"), at_s)
     assert [event.alarm for event, _ in noted] == ["reading:L1"]
+
+
+def test_of_a_gap_nobody_knows_what_a_reading_was() -> None:
+    """The link was away for an hour, and one reading is bad in the first sample that comes."""
+    watched, noted = instruments()
+    for at_s, bad in ((100.0, ()), (3700.0, ("L1",)), (3701.0, ()), (7300.0, ("L1",))):
+        watched.judge(read(at_s, *bad), at_s)
+    assert noted == []

@@ -168,7 +168,7 @@ def test_a_check_that_could_show_nothing_says_when_it_can() -> None:
     drawn, twin.hot = len(twin.drawn), []
     refused = checked(twin, check, 200.0).verdict
     assert isinstance(refused, Revise) and len(twin.drawn) == drawn, "nothing is drawn"
-    assert "checks within 900 s have refused; nothing can be shown but from 1000 s on" in refused.violated[0].message
+    assert "checks within 900 s have refused; nothing can be shown before 1000 s" in refused.violated[0].message
     assert isinstance(checked(twin, check, 1010.0).verdict, Approve)
 
 

@@ -122,8 +122,9 @@ class ReleaseCheck:
         refused_s[:] = [at_s for at_s in refused_s if now_s - at_s <= risk.shared_s]
         level = 1.0 - (1.0 - risk.level) * (LATER / len(refused_s) ** 2 if refused_s else FIRST)
         if refused_s and interval(risk.most, 0, level, risk.required)[1] > risk.required:
-            again = f"from {refused_s[0] + risk.shared_s:.0f} s on"
-            text = f"{len(refused_s)} checks within {risk.shared_s:g} s have refused; nothing can be shown but {again}"
+            again_s = refused_s[0] + risk.shared_s
+            text = f"{len(refused_s)} checks within {risk.shared_s:g} s have refused"
+            text = f"{text}; nothing can be shown before {again_s:.0f} s"
             return Revise((refusal(RISK, text),))
         self._certified += 1
         findings: tuple[Finding, ...] = ()

@@ -29,12 +29,16 @@ class Instruments:
         self._before_s: float | None = None
 
     def judge(self, readings: Snapshot, now_s: float) -> None:
-        """What of the ``readings`` of a sample that came is bad: the time that it was comes back no faster."""
+        """What of the ``readings`` of a sample that came is bad: the time that it was comes back no faster.
+
+        Of a gap between two samples no more counts than a reading may be old: nobody knows what it was meanwhile.
+        """
         passed_s = 0.0 if self._before_s is None else max(now_s - self._before_s, 0.0)
         self._before_s = now_s
         for tag, rule in self._rules.items():
-            sign = 1.0 if tag in readings.bad else -1.0
-            self._bad_s[tag] = min(max(self._bad_s[tag] + sign * passed_s, 0.0), LASTS * rule.stale_s)
+            counts_s = min(passed_s, rule.stale_s)
+            bad_s = self._bad_s[tag] + (counts_s if tag in readings.bad else -counts_s)
+            self._bad_s[tag] = min(max(bad_s, 0.0), LASTS * rule.stale_s)
         still = frozenset(tag for tag in self._out if self._bad_s[tag] > 0.0)
         self._out = still | {tag for tag, rule in self._rules.items() if self._bad_s[tag] >= LASTS * rule.stale_s}
         self._tell(readings, now_s)
