@@ -55,7 +55,7 @@ def fallbacks(plant: PlantDescription) -> Found:
 def _between(tag: Tag, value: float, code: Code, thing: str) -> Found:
     """A tag with two positions is at one of them."""
     if tag.range.contains(value) and abs(value - tag.nearest(value)) > ROUNDING * tag.range.span:
-        positions = f"{tag.range.low:g} and {tag.range.high:g} {tag.unit}"
+        positions = f"{tag.range.low:g} and {tag.range.high:g}"
         message = f"{tag.name!r} = {value:g} is neither of its two positions, {positions}"
         yield code, thing, f"{message}; state one of them, or a smaller increment in signals.csv"
 
