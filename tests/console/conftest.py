@@ -11,7 +11,7 @@ from homeostat.cli.commands.console import opened
 from homeostat.console.opened import OpenedRun
 from tests.cli.command import Done, homeostat_process
 from tests.cli.conftest import RECOVERY, once
-from tests.console.served import Served, served
+from tests.console.served import SHOWN, Served, served
 
 FROZEN = ("run", "cstr", "--disturb", "L1 frozen from 900", "--seed", "2", "--end", "1050")
 """A run in which the fallback acts, the same as other tests of the command line make."""
@@ -84,6 +84,8 @@ def page(browser: Any) -> Iterator[Any]:
     opened, complaints = browser.new_page(viewport={"width": 1280, "height": 800}), []
     opened.on("console", lambda said: complaints.append(said.text) if said.type in ("error", "warning") else None)
     opened.on("pageerror", lambda error: complaints.append(str(error)))
+    SHOWN.append(opened)
     yield opened
+    SHOWN.remove(opened)
     opened.close()
     assert complaints == []

@@ -119,6 +119,10 @@ def _event(response: HTTPResponse) -> dict[str, str]:
     return fields
 
 
+SHOWN: list[Any] = []
+"""Pages of which every complaint is a failure: they leave a server before it ends, as it answers none that waits."""
+
+
 @contextlib.contextmanager
 def served(run_dir: Path, *options: str, port: int = 0, scheme: str = "http") -> Iterator[Served]:
     """Show ``run_dir`` on a free port, or on ``port``, as long as this lasts; Ctrl-C ends it well."""
@@ -129,7 +133,11 @@ def served(run_dir: Path, *options: str, port: int = 0, scheme: str = "http") ->
         said = process.stdout.readline()
         found = re.match(rf"{scheme}://[^:]+:(\d+)/", said)
         assert found is not None, f"the console said {said!r}, {process.stderr.read() if not said else ''}"
-        yield Served(int(found[1]), process)
+        server = Served(int(found[1]), process)
+        yield server
+        for page in SHOWN:
+            if page.url.startswith(server.address):
+                page.goto("about:blank")
     finally:
         if process.poll() is None:
             process.send_signal(signal.SIGINT)
