@@ -11,15 +11,22 @@ from pathlib import Path
 from benchmarks.host import kept
 from benchmarks.tennessee.alone import Trip, left_alone
 from benchmarks.tennessee.published import HOURS as ALONE_HOURS
-from homeostat.evaluate.runner import run
-from homeostat.evaluate.scenario import departing, scenario
+from homeostat.domain.outcome import Outcome
+from homeostat.domain.recovery import Command
+from homeostat.evaluate.reference.best_answer import best_answer
+from homeostat.evaluate.reference.best_constant import BestConstant
+from homeostat.evaluate.runner import run, run_steered
+from homeostat.evaluate.scenario import Scenario, departing, scenario
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.plant import Plant
+from homeostat.plants.wired.assembly import new_sequencer
 
 HOURS = 8
 """How long a run goes on after the onset."""
 MISMATCH = "plant"
 """How the true plant is not the model that its twin has."""
+LEVELS, FINER = 5, (5,)
+"""Values of each open setpoint that are tried by hindsight, and again near the best."""
 THOUGHT_S = 60.0
 """What every thought takes of the process's time, so that runs are equal on any host [s]."""
 
@@ -45,6 +52,12 @@ class Looked:
     """Time outside a trip limit [s]."""
     cpu_s: float
     """CPU time of that run [s]."""
+    kept_by: int
+    """How many of the constant answers that were tried by hindsight keep every trip limit."""
+    tried: int
+    """How many were tried; 0 where nothing was, because nobody had to do anything."""
+    best_lost: float | None
+    """Share of the production since the onset that the cheapest of them loses [1]; None where there is none."""
 
     @property
     def trip(self) -> Trip:
@@ -75,6 +88,8 @@ def _looked(plant: Plant, fault: str, seed: int) -> Looked:
     done = run(plant, case, clock=DeclaredClock(THOUGHT_S)).result(Path())
     cpu_s = time.process_time() - began
     hard = {limit.name for limit in plant.description.limits.hard}
+    acted = done.outcome is not Outcome.NO_ACTION
+    best = best_answer(plant, case, done.detected_s or onset_s, LEVELS, FINER) if acted else None
     detected, released = (None if at is None else at - onset_s for at in (done.detected_s, done.released_s))
     return Looked(
         fault=fault,
@@ -87,4 +102,16 @@ def _looked(plant: Plant, fault: str, seed: int) -> Looked:
         lost=done.production_loss,
         outside_s=sum(each.total_s for each in done.limit_exposure_s if each.limit in hard),
         cpu_s=cpu_s,
+        kept_by=best.admissible if best else 0,
+        tried=best.points if best else 0,
+        best_lost=_lost(plant, case, best, done.detected_s or onset_s) if best else None,
     )
+
+
+def _lost(plant: Plant, case: Scenario, best: BestConstant, at_s: float) -> float | None:
+    """What the ``best`` answer loses of the production where it is given at ``at_s`` [s]; None where there is none."""
+    if best.setpoints is None:
+        return None
+    tags = plant.description.tags_by_name
+    commands = tuple(Command(tag, value, tags[tag].rate_limit) for tag, value in best.setpoints.items())
+    return run_steered(plant, case, new_sequencer(plant), at_s, commands).production_loss

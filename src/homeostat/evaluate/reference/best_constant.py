@@ -44,8 +44,8 @@ def best_constant(plant: Plant, scenario: Scenario, released_s: float, grid: Gri
     """The point of ``grid`` that costs least on the true plant, by the prices that decisions are made by.
 
     The setpoints are ramped from ``released_s`` on, at their rate limits, and then stay. A point is admissible if the
-    true plant keeps every hard limit to the end of the run; it sees the very faults, parameters and noise of the
-    scenario. What a state costs is not in it: a constant is in none.
+    true plant keeps every hard limit to the end of the run, and stays in the physical world; it sees the very faults,
+    parameters and noise of the scenario. What a state costs is not in it: a constant is in none.
     """
     members = Members(plant.model, plant.description, true_plant(plant, scenario))
     state = _state_at(plant, members, released_s)
@@ -82,7 +82,7 @@ def _schedule(plant: Plant, point: Mapping[str, float | None], steps: int) -> Ta
 def _try(plant: Plant, members: Members, released_s: float, state: Vec, schedules: Cube) -> Vec:
     """What each schedule costs, infinite where a hard limit is not kept, shape (schedules,)."""
     states = np.tile(state, (len(schedules), 1))
-    result = members.simulate(states, schedules, released_s, schedules.shape[1], STRIDE)
+    result = members.simulate(states, schedules, released_s, schedules.shape[1], STRIDE, refuse=False)
     sampled = schedules[:, STRIDE - 1 :: STRIDE][:, : result.record.shape[1]]
     truth = plant.model.truth(result.record, sampled)
     start = plant.model.truth(state[None, None, : len(plant.model.states)], plant.start[None, None])

@@ -37,10 +37,12 @@ class Members:
         state, departed = self._model.initial_state(self._truth.parameters), self._truth.departed
         return np.concatenate([state, departed.model.own_states(state)]) if departed else state
 
-    def simulate(self, states: Table, inputs: Cube, start_s: float, steps: int, stride: int) -> BatchResult:
+    def simulate(
+        self, states: Table, inputs: Cube, start_s: float, steps: int, stride: int, refuse: bool = True
+    ) -> BatchResult:
         """One member for each of ``inputs`` from ``states`` on; every state of the model is recorded.
 
-        ProcessError where one leaves the physical world.
+        ProcessError where one leaves the physical world; without ``refuse`` it is NaN from then on.
         """
         members = len(states)
         moved = Moved(self._model, self._plant, self._truth.faults, members)
@@ -62,7 +64,7 @@ class Members:
             sensor_noise=noise,
             moves=moved.moves if moved else None,
         )
-        run = BatchRun(self._kernel, batch, self._model.states.__getitem__)
+        run = BatchRun(self._kernel, batch, self._model.states.__getitem__, refuse)
         tick_s = tick_of(self._model.kernel)
         repaired = (self._truth.repaired_s - start_s) / tick_s
         every = range(0, steps, PIECE) if self._disturbed or moved else (0,)
