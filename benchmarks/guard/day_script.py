@@ -94,7 +94,9 @@ class DayScript:
         obeys_s = at_s + 2 * LASTS_S
         vain_s = at_s + 20.0 + 3 * ATTEMPT_S * len(self._rules.fallbacks)
         skipped = tuple(
-            Expected(f"{s.name} given up", _skipped(s.name), at_s, vain_s) for s in self._rules.fallbacks
+            Expected(f"{s.name} given up", _skipped(s.name), at_s, vain_s)
+            for s in self._rules.fallbacks
+            if limit in s.serves
         )  # fmt: skip
         expected = (
             *_trip(at_s, at_s + 20.0, limit), *skipped,

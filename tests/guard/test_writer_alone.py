@@ -24,7 +24,7 @@ WARM = (Command("T.sp", 305.0, 0.5),)
 FEED = (Command("F.sp", 0.02, 0.005),)
 RULES = WRITABLES | {"F.sp": replace(WRITABLES["F.sp"], ramped_by=Side.GUARD)}
 """The feed is ramped by the guard."""
-LOST = Failed("the plant was not read after the attempt", None)
+LOST = Failed("the plant was not read after the attempt", None, unread=True)
 """What becomes of a write that the link does not take, where nothing is read after it."""
 
 

@@ -73,7 +73,7 @@ class Guard:
         self._now_s, self._began_s = self._pace.now_s, math.nan
         self._seen: Snapshot | None = None
         self._sample: Snapshot | None = None
-        self._violated = frozenset[str]()
+        self._violated = self._unseen = frozenset[str]()
         self._lost, self._stopped = 0, False
         self.mailbox = Mailbox()
         """Where anybody leaves requests and orders."""
@@ -157,7 +157,7 @@ class Guard:
             self._time.remember(memory.act_by_s)
             self._trips.remember(memory.trial, self._now_s)
             if memory.latched is not None:
-                self._violated = memory.trial.violated
+                self._violated, self._unseen = memory.trial.violated, memory.trial.unseen
             self._response.remember(memory.trial, memory.latched is not None)
             self._requests.remember(memory.requests)
             self._persons.remember(memory.orders)
@@ -209,7 +209,7 @@ class Guard:
         if readings is not None and readings.accepted:
             self._restart = None
             restart.explain(readings)
-            self._moves.judge(self._now_s, readings, self.mode, self._violated)
+            self._moves.judge(self._now_s, readings, self.mode, self._violated, self._unseen)
             restart.resolve(self._now_s, readings, self._violated)
             if self._steps.withdrawn:
                 self._steps.withdraw("nobody wrote after a restart", self._now_s)
@@ -228,6 +228,7 @@ class Guard:
         violations = self._trips.judge(self._now_s, self._seen, self._parts.sequencer.state)
         self._parts.alarms.hold("start-up", self._trips.start_up.overdue, self._now_s)
         self._violated = frozenset(v.limit for v in violations)
+        self._unseen = frozenset(v.limit for v in violations if not v.seen)
         armed = self._latch.fallbacks.armed
         self._response.take(violations, self._now_s, self._seen, self.mode.writes)
         if armed and not self._latch.fallbacks.armed:
@@ -240,7 +241,7 @@ class Guard:
         """What somebody else has moved, and how far the write under way has come."""
         parts, now_s, readings = self._parts, self._now_s, self._seen
         if readings is not None:
-            self._moves.notice(now_s, readings, self.mode, self._violated)
+            self._moves.notice(now_s, readings, self.mode, self._violated, self._unseen)
         write = parts.writer.flying
         progress = parts.writer.follow(now_s, readings, self._objection)
         if isinstance(progress, Failed) and write is not None:

@@ -121,7 +121,7 @@ class FallbackIneffective:
     reason: str
     """One sentence."""
     acted: bool
-    """Whether it is given up, and the next one acts; in observe and advise it is an alarm."""
+    """Whether it is given up, and the next one acts; where it is kept, and in observe and advise, it is an alarm."""
 
 
 @dataclass(frozen=True, slots=True)

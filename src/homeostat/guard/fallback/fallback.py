@@ -33,6 +33,8 @@ class Fallbacks:
         self._first = ""
         self.spent: frozenset[str] = frozenset()
         """Strategies that have stood and not helped; none of them is taken again."""
+        self.sent: frozenset[str] = frozenset()
+        """Strategies that were sent since the last reset: what they do for a limit is not taken back for another's."""
 
     @property
     def ranked(self) -> tuple[FallbackStrategy, ...]:
@@ -64,6 +66,10 @@ class Fallbacks:
         """Begin a round in which ``first`` is taken before all others; those that were ``tried`` had their turn."""
         self._first, self._taken = first, tried - {first}
 
+    def repeat(self, name: str) -> None:
+        """Strategy ``name`` has its turn in this round once more, before all others."""
+        self._first, self._taken = name, self._taken - {name}
+
     def spend(self, name: str) -> None:
         """Strategy ``name`` has stood and not helped."""
         self.spent |= {name}
@@ -71,18 +77,46 @@ class Fallbacks:
     def take(
         self, limits: frozenset[str] = frozenset(), others: frozenset[str] = frozenset()
     ) -> FallbackStrategy | None:
-        """The next strategy that has not stood in vain; None where every one was taken.
+        """The next strategy that has not stood in vain and takes nothing back; None where there is none.
 
         One that brings more of ``limits`` back is taken before those that bring back less; of equals one that brings
         more of the ``others`` back, then the one that stands before the others in rank.
         """
-        left = [s for s in self._ranked if s.name not in self._taken | self.spent]
+        left = self.left(limits, others)
         if not left:
             return None
         named = [s for s in left if s.name == self._first]
         strategy = max(named or left, key=lambda s: (len(limits & s.serves.keys()), len(others & s.serves.keys())))
         self._taken |= {strategy.name}
         return strategy
+
+    def left(self, limits: frozenset[str], others: frozenset[str]) -> tuple[FallbackStrategy, ...]:
+        """The strategies that may still be taken for ``limits`` while the ``others`` are violated, too."""
+        return tuple(s for s in self._untaken if s.name == self._first or not self._takes_back(s, limits, others))
+
+    def withheld(self, limits: frozenset[str], others: frozenset[str]) -> tuple[str, ...]:
+        """Names of those that are not taken, because they could make a limit worse for which something was sent."""
+        left = self.left(limits, others)
+        return tuple(s.name for s in self._untaken if s not in left)
+
+    @property
+    def _untaken(self) -> tuple[FallbackStrategy, ...]:
+        return tuple(s for s in self._ranked if s.name not in self._taken | self.spent)
+
+    def _takes_back(self, strategy: FallbackStrategy, limits: frozenset[str], others: frozenset[str]) -> bool:
+        """Whether ``strategy`` serves nothing that it would be taken for, and may undo what was sent for a limit.
+
+        What it does to a limit that the tables do not say it serves nobody knows here, unless it sets nothing but what
+        a strategy that was sent and serves the limit sets as well.
+        """
+        if strategy.serves.keys() & (limits or others):
+            return False
+        sent = [s for s in self._rules.fallbacks if s.name in self.sent]
+        for name in (limits | others) - strategy.serves.keys():
+            serving = [s for s in sent if name in s.serves]
+            if serving and not any(_targets(strategy) <= _targets(s) for s in serving):
+                return True
+        return False
 
     def checked(
         self, strategy: FallbackStrategy, readings: Snapshot | None, in_service: frozenset[str]
@@ -116,3 +150,9 @@ class Fallbacks:
                 if not finding.satisfied and finding.criterion not in strategy.waived:
                     return finding.message
         return Chosen(strategy, replace(actions, commands=kept))
+
+
+def _targets(strategy: FallbackStrategy) -> frozenset[tuple[str, float | None]]:
+    """Every tag that ``strategy`` writes, at once or later, with the target that it sets; None for automatic."""
+    parts = (strategy.actions.commands, *(step.commands for step in strategy.actions.then))
+    return frozenset((c.tag, c.value) for commands in parts for c in commands)

@@ -13,6 +13,9 @@ from homeostat.guard.parts import Parts
 from homeostat.guard.sequence.sequencer import loaded
 from homeostat.guard.writing.flight import Failed, Progress, Write
 
+UNREAD = "unseen"
+"""Identifier of the alarm that nothing says whether the plant holds what a fallback has sent."""
+
 
 class Latch:
     """Activates fallbacks: the armed one, then the next, then the plant's own shed.
@@ -75,12 +78,15 @@ class Latch:
         self._write(chosen, reason, now_s, limits)
         return True
 
-    def give_way(self, tag: str, now_s: float, readings: Snapshot | None, violated: frozenset[str]) -> None:
+    def give_way(
+        self, tag: str, now_s: float, readings: Snapshot | None, violated: frozenset[str], unseen: frozenset[str]
+    ) -> None:
         """Somebody has moved ``tag``, to which a fallback is being sent: it is theirs, unless the row says otherwise.
 
-        What else the strategy writes is still sent. Where a hard limit is violated all the same, or nothing is left to
-        send, the strategy has failed, and the next one that passes its checks acts, best one that brings the limit
-        back. Where there is none, what is left of this one is better than what the plant does by itself.
+        What else the strategy writes is still sent. Where a hard limit is seen to be violated all the same, or nothing
+        is left to send, the strategy has failed, and the next one that passes its checks acts, best one that brings the
+        limit back. Where there is none, what is left of this one is better than what the plant does by itself. Of the
+        ``unseen`` limits nobody knows, so that they call for no other strategy.
         """
         writer, acting = self._parts.writer, self._acting
         flying = writer.flying
@@ -89,7 +95,7 @@ class Latch:
         if tag not in {c.tag for c in flying.commands}:
             return
         left, reason = writer.without(tag), f"somebody has moved {tag!r} meanwhile"
-        fails = acting is not None and bool(violated or not left)
+        fails = acting is not None and bool(violated - unseen or not left)
         following = self._next(now_s, readings, violated) if fails else None
         if left and following is None:
             return
@@ -111,11 +117,25 @@ class Latch:
     def give_up(
         self, limits: frozenset[str], reason: str, now_s: float, readings: Snapshot | None, violated: frozenset[str]
     ) -> None:
-        """What stands does not help and is spent until a reset. The next strategy acts; after the last, the shed."""
+        """What stands does not help and is spent until a reset. The next strategy acts; after the last, the shed.
+
+        Where :meth:`keeps` names any, what stands is kept instead.
+        """
         if self.strategy is not None:
             self.fallbacks.spend(self.strategy.name)
         if not self.escalate(limits, reason, now_s, readings, violated):
             self._shed(now_s)
+
+    def keeps(self, limits: frozenset[str], readings: Snapshot | None, violated: frozenset[str]) -> tuple[str, ...]:
+        """Names of the strategies for whose sake what stands is not given up, although it does not help ``limits``.
+
+        They serve none of these, and may take back what was sent for a limit that is violated. Empty where another one
+        may act, or none is left at all.
+        """
+        fallbacks, service = self.fallbacks, self._parts.service
+        left = fallbacks.left(limits, violated)
+        ready = any(isinstance(fallbacks.checked(s, readings, service.tags), Chosen) for s in left)
+        return () if ready else fallbacks.withheld(limits, violated)
 
     def hold(self, reason: str, strategy: str, spent: frozenset[str], trial: Trial) -> None:
         """Be latched again after a restart, before the plant was read; ``strategy`` had acted last.
@@ -124,6 +144,7 @@ class Latch:
         """
         self.reason, self._tried = reason, trial.tried
         self.strategy = next((s for s in self._parts.rules.fallbacks if s.name == strategy), None)
+        self.fallbacks.sent = spent | trial.tried | {strategy}
         for name in spent:
             self.fallbacks.spend(name)
         self.standing = self._held = True
@@ -153,7 +174,7 @@ class Latch:
         parts.jumps.forget()  # a person has looked at the plant
         parts.writer.overtake(now_s, "the latch was reset")
         parts.writer.forget()
-        for name in ("latched", "shed", "fallbacks", *(f"fallback:{s.name}" for s in parts.rules.fallbacks)):
+        for name in ("latched", "shed", "fallbacks", UNREAD, *(f"fallback:{s.name}" for s in parts.rules.fallbacks)):
             parts.alarms.return_(name, now_s)
 
     def allowed(self, commands: tuple[Command, ...]) -> tuple[Command, ...]:
@@ -179,8 +200,10 @@ class Latch:
             self._load(acting, now_s)
         if acting is not None and progress is Progress.CONFIRMED:
             self._stands(acting, now_s)
+        elif ours and isinstance(progress, Failed) and progress.unread and acting is not None:
+            self._unread(acting, progress.reason, now_s)
         elif ours and isinstance(progress, Failed):
-            self._disobeyed(progress.reason, now_s, readings, violated)
+            self._disobeyed(progress, now_s, readings, violated)
         elif ours and parts.writer.broken:
             parts.tenure.take(now_s)  # perhaps the lease was lost; the next attempt has a new one
         elif self._due(now_s):
@@ -229,6 +252,7 @@ class Latch:
                 parts.alarms.raise_("lease", objection, Priority.HIGH, now_s)
         self._acting, self._loaded, self.standing, self._held = chosen, False, False, False
         self.strategy = strategy
+        self.fallbacks.sent |= {strategy.name}
         write = Write.of(Cause.FALLBACK, strategy.name, actions)
         parts.writer.begin(write, now_s)
         if parts.writer.broken and not parts.tenure.take(now_s):  # a lease that was lost without a word costs no tick
@@ -245,22 +269,37 @@ class Latch:
     def _stands(self, acting: Chosen, now_s: float) -> None:
         self.standing = True
         self._parts.note(FallbackStands(acting.strategy.name), now_s)
-        for name in (f"fallback:{acting.strategy.name}", "shed"):
+        for name in (f"fallback:{acting.strategy.name}", "shed", UNREAD):
             self._parts.alarms.return_(name, now_s)
         self._acting = None
 
-    def _disobeyed(self, reason: str, now_s: float, readings: Snapshot | None, violated: frozenset[str]) -> None:
-        """The plant does not hold what was sent; where a late write was not put right, everything is sent again."""
+    def _disobeyed(self, failed: Failed, now_s: float, readings: Snapshot | None, violated: frozenset[str]) -> None:
+        """The plant does not hold what was sent; where a late write was not put right, everything is sent again.
+
+        Of what it has refused as a whole there is nothing that the next strategy could take back.
+        """
         acting, self._acting = self._acting, None
         if acting is None:
             self.fallbacks.begin("" if self.strategy is None else self.strategy.name)
         else:
-            self._failed(acting, reason, now_s)
+            if failed.read is not None and not failed.read.written:
+                self.fallbacks.sent -= {acting.strategy.name}
+            self._failed(acting, failed.reason, now_s)
         self._act(now_s, readings, violated)
+
+    def _unread(self, acting: Chosen, reason: str, now_s: float) -> None:
+        """Nothing says what the plant holds, which is no evidence that it does not obey: the same is sent again."""
+        name, after_s = acting.strategy.name, self._parts.settings.again_s
+        self._acting, self._again_s = None, now_s + after_s
+        self.fallbacks.repeat(name)
+        text = f"whether the plant holds {name!r} cannot be read, a person must look"
+        text = f"{text}; it is sent again after {after_s:g} s, and no other fallback is tried for that: {reason}"
+        self._parts.alarms.raise_(UNREAD, text, Priority.CRITICAL, now_s)
 
     def _failed(self, acting: Chosen, reason: str, now_s: float) -> None:
         name = acting.strategy.name
         self._parts.note(FallbackSkipped(name, reason), now_s)
+        self._parts.alarms.return_(UNREAD, now_s)
         self._parts.alarms.raise_(f"fallback:{name}", f"not obeyed: {reason}", Priority.CRITICAL, now_s)
 
     def _shed(self, now_s: float) -> None:

@@ -16,8 +16,10 @@ class Response:
     def __init__(self, parts: Parts, latch: Latch) -> None:
         """``latch``: the fallback."""
         self._parts, self._latch = parts, latch
-        self._violated = self._before = self._answered = self._returned = self._told = frozenset[str]()
+        self._violated = self._before = self._answered = self._returned = frozenset[str]()
+        self._told = frozenset[tuple[str, bool]]()
         self._unseen = self._asked = frozenset[str]()
+        self._kept: dict[str, str] = {}
         self._unanswered: dict[str, str] = {}
         self._effects = EffectWatch(parts.rules.fallbacks, parts.rules.timing)
         self._strategy: str | None = None
@@ -57,6 +59,7 @@ class Response:
             self._returned |= ended
             self._under_fallback(violations, now_s, readings, acts)
         self._tell_unseen(violations, now_s)
+        self._end_kept(now_s)
 
     def _begin(self, violation: Violation, now_s: float, acts: bool) -> None:
         event = Tripped(violation.limit, violation.margin, violation.unit, violation.reason, acts, violation.seen)
@@ -80,10 +83,8 @@ class Response:
             for event in self._effects.news(strategy) if not self._parts.tenure.lost else ():
                 self._parts.note(event, now_s)
             if failed is not None:
-                self._ineffective(strategy.name, *failed, now_s, acts)
+                self._ineffective(strategy.name, *failed, now_s, readings, acts)
                 if acts:
-                    limit, reason = failed
-                    self._latch.give_up(self._answer() | {limit}, reason, now_s, readings, self._violated)
                     return
         if self._unanswered and acts:
             reason = next(iter(self._unanswered.values()))
@@ -109,8 +110,29 @@ class Response:
         self._unanswered.clear()
         return found
 
-    def _ineffective(self, strategy: str, limit: str, reason: str, now_s: float, acts: bool) -> None:
-        if limit not in self._told:
-            self._told |= {limit}
-            self._parts.note(FallbackIneffective(strategy, limit, reason, acts), now_s)
+    def _ineffective(
+        self, strategy: str, limit: str, reason: str, now_s: float, readings: Snapshot | None, acts: bool
+    ) -> None:
+        """``limit`` is not helped: the next strategy acts, or what stands is kept where that might make it worse."""
+        calling = frozenset(self._unanswered) | {limit}
+        others = self._latch.keeps(calling, readings, self._violated) if acts else ()
+        given_up = acts and not others
+        if (limit, given_up) not in self._told:
+            self._told |= {(limit, given_up)}
+            self._parts.note(FallbackIneffective(strategy, limit, reason, given_up), now_s)
         self._parts.alarms.raise_(f"fallback:{strategy}", reason, Priority.CRITICAL, now_s)
+        if others:
+            self._unanswered.clear()
+            named = " and ".join(map(repr, others))
+            text = f"{strategy!r} is kept, because {named} may make {limit} worse; a person must act: {reason}"
+            self._kept[limit] = strategy
+            self._parts.alarms.raise_(f"kept:{limit}", text, Priority.CRITICAL, now_s)
+        elif acts:
+            self._latch.give_up(self._answer() | {limit}, reason, now_s, readings, self._violated)
+
+    def _end_kept(self, now_s: float) -> None:
+        """Nobody need act for a limit that has come back, or under another strategy, or after a reset."""
+        acted = self._latch.strategy.name if self._latch.strategy is not None else ""
+        for name in [n for n, kept in self._kept.items() if n not in self._violated or kept != acted]:
+            del self._kept[name]
+            self._parts.alarms.return_(f"kept:{name}", now_s)

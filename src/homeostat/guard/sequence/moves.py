@@ -25,16 +25,21 @@ class Moves:
         self._wrong: dict[str, Moved] = {}
         self._hands: list[tuple[Moved, float]] = []
 
-    def notice(self, now_s: float, readings: Snapshot, mode: Mode, violated: frozenset[str]) -> None:
+    def notice(
+        self, now_s: float, readings: Snapshot, mode: Mode, violated: frozenset[str], unseen: frozenset[str]
+    ) -> None:
         """Judge every target that the plant tells, and put right what a latched fallback needs."""
-        self.judge(now_s, readings, mode, violated)
+        self.judge(now_s, readings, mode, violated, unseen)
         self._wrong.update(self._lapse.settle(now_s, readings))
         self._put_right(now_s)
 
-    def judge(self, now_s: float, readings: Snapshot, mode: Mode, violated: frozenset[str]) -> None:
+    def judge(
+        self, now_s: float, readings: Snapshot, mode: Mode, violated: frozenset[str], unseen: frozenset[str]
+    ) -> None:
         """Judge every target that the plant tells: the guard's, a late one of its own, the plant's, or a person's.
 
-        ``violated``: hard limits that are, which a fallback that gives way must answer all the same.
+        ``violated``: hard limits that are, which a fallback that gives way must answer all the same; ``unseen``: those
+        of them that only cannot be judged.
         """
         parts, latched = self._parts, self._latch.reason is not None
         tenure = parts.tenure
@@ -53,7 +58,7 @@ class Moves:
                 parts.alarms.say(f"late:{moved.tag}", text, Priority.HIGH, now_s)
             elif not self._recipes(moved, now_s, readings, mode):
                 self._take_out(moved, now_s)
-                self._latch.give_way(moved.tag, now_s, readings, violated)
+                self._latch.give_way(moved.tag, now_s, readings, violated, unseen)
         for moved in self._arrivals.late(now_s):
             self._take_out(moved, now_s)
 

@@ -118,6 +118,8 @@ class Failed:
     """What went wrong last, as the link or the guard says it; empty where nothing did."""
     read: GivenUp | None
     """What was read of the write; None where the plant was not read after it."""
+    unread: bool = False
+    """Whether nothing that was read after the last attempt says that the plant holds another target than was sent."""
 
     @property
     def reason(self) -> str:

@@ -259,7 +259,8 @@ class Writer:
         else:
             self._may_arrive.extend(flight.write.commands * flight.attempt)
         self._settle()
-        return Failed(flight.error, None if after is None else outcome(flight))
+        told = () if after is None else [t for t in self._deviating(flight.write, after) if t in after.accepted]
+        return Failed(flight.error, None if after is None else outcome(flight), unread=not told)
 
     def _send(self, flight: Flight, now_s: float) -> bool:
         """One attempt with an intention of its own; False where its intention cannot be journalled."""
