@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from dataclasses import replace
 from pathlib import Path
 
@@ -45,6 +47,17 @@ def test_everybody_sees_that_state_as_the_ordinary_one_and_the_plant_itself_is_a
     assert begun(plant, replace(case, seed=2)) is made, "fault-free runs are remembered by their plant"
     assert fault_free(made, case).truth.signals["AC1.on"].max() == 0.0
     assert begun(plant, scenario(plant, "none", 1)) is plant
+
+
+def test_what_is_known_of_a_plant_is_forgotten_with_it_and_never_another_one_s(plant: Plant) -> None:
+    case = beginning(plant, scenario(plant, "none", 1), "regulatory")
+    another = replace(plant, name="another")
+    made = begun(another, case)
+    assert made.name == "another" and begun(another, case) is made and begun(plant, case) is not made
+    gone = [weakref.ref(another), weakref.ref(made)]
+    del another, made
+    gc.collect()
+    assert [ref() for ref in gone] == [None, None]
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TypeAlias
 
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.evaluate.scenario import Scenario, ScenarioError
@@ -11,7 +13,10 @@ from homeostat.plants.plant import Plant
 from homeostat.process.types import Vec
 from homeostat.stl.spelling import near_matches
 
-_begun: dict[tuple[int, str, tuple[tuple[str, float], ...]], tuple[Plant, Plant]] = {}
+_Beginning: TypeAlias = tuple[str, tuple[tuple[str, float], ...]]
+"""State and setpoints."""
+_begun: dict[int, dict[_Beginning, Plant]] = {}
+"""Number of a plant that there is -> beginning -> the plant as it stands there."""
 
 
 def beginning(
@@ -39,14 +44,22 @@ def begun(plant: Plant, scenario: Scenario) -> Plant:
     """
     if not (scenario.begins_in or scenario.setpoints):
         return plant
-    key = id(plant), scenario.begins_in, scenario.setpoints
-    if key not in _begun:
+    known, key = _beginnings(plant), (scenario.begins_in, scenario.setpoints)
+    if key not in known:
         machine = plant.description.machine
         state = scenario.begins_in or machine.initial.name
         description = replace(plant.description, machine=_begins(machine, state))
-        made = replace(plant, description=description, start=_start(plant, state, dict(scenario.setpoints)))
-        _begun[key] = plant, made  # the plant keeps its number
-    return _begun[key][1]
+        known[key] = replace(plant, description=description, start=_start(plant, state, dict(scenario.setpoints)))
+    return known[key]
+
+
+def _beginnings(plant: Plant) -> dict[_Beginning, Plant]:
+    """What is known of ``plant``; forgotten with it, before another one can have its number."""
+    number = id(plant)
+    if number not in _begun:
+        _begun[number] = {}
+        weakref.finalize(plant, _begun.pop, number, None).atexit = False
+    return _begun[number]
 
 
 def _begins(machine: StateMachine, state: str) -> StateMachine:

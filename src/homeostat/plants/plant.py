@@ -39,7 +39,7 @@ from homeostat.twin.isolation.modes import generated_modes
 from homeostat.twin.settings import TwinSettings
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True)
 class Plant:
     """One plant, ready to be wired into a supervisor."""
 

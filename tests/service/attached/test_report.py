@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,7 +14,7 @@ from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.events.guard import GuardStarted, QualityChanged, RequestAnswered, ThinkingEnded
 from homeostat.domain.events.people import AlarmRaised, AlarmReturned, ModeEntered
 from homeostat.domain.events.recovery import Diagnosed
-from homeostat.journal import Event, Journal, read_events
+from homeostat.journal import Event, Journal, Summary, read_events
 from homeostat.service.report.facts import Facts, facts_of
 from homeostat.service.report.page import page
 from tests.cli.command import homeostat, refused
@@ -99,3 +100,30 @@ def test_the_command_writes_it_once(run: Path, tmp_path: Path) -> None:
     done = homeostat("report", "run", "--last", "40s", "--until", "105s", "--out", "p.html", cwd=tmp_path)
     assert (done.status, done.err) == (0, "") and "1 alarms, 0 diagnoses, 0 requests in 40 s" in done.out
     refused(homeostat("report", "nowhere", "--out", "p.html", cwd=tmp_path), "not a directory")
+
+
+@pytest.mark.parametrize(
+    ("left", "where"),
+    [(lambda lines: lines[:-3], 12), (lambda lines: [*lines[:-2], lines[-2][:40]], 13), (lambda lines: [], 0)],
+)
+def test_a_finished_run_whose_journal_was_cut_says_so(
+    left: Callable[[list[bytes]], list[bytes]], where: int, tmp_path: Path
+) -> None:
+    with Journal(tmp_path / "run") as journal:
+        for at_s, event in COURSE:
+            journal.record(event, at_s)
+        journal.close(Summary(1, "held"))
+    path = tmp_path / "run" / "events.jsonl"
+    whole = homeostat("report", "run", "--out", "whole.html", cwd=tmp_path)
+    assert (whole.status, whole.err) == (0, "") and "is missing" not in (tmp_path / "whole.html").read_text("utf-8")
+    path.write_bytes(b"".join(left(path.read_bytes().splitlines(keepends=True))))
+    done = homeostat("report", "run", "--out", "page.html", cwd=tmp_path)
+    said = f"the journal ends after line {where}, {len(COURSE)} were written"
+    assert done.status == 1 and done.err == f"homeostat: 'run': what came last is missing: {said}\n"
+    assert "in " in done.out and said in (tmp_path / "page.html").read_text("utf-8")
+
+
+def test_a_run_that_goes_on_or_was_killed_lacks_nothing_that_is_known(run: Path, tmp_path: Path) -> None:
+    (run / "events.jsonl").write_bytes((run / "events.jsonl").read_bytes()[:-20])
+    done = homeostat("report", "run", "--out", "page.html", cwd=tmp_path)
+    assert (done.status, done.err) == (0, "")

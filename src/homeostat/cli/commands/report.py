@@ -16,6 +16,7 @@ from homeostat.history.samples import Span
 from homeostat.history.store import HistoryReader
 from homeostat.journal import read_events
 from homeostat.journal.beside.files import write_whole
+from homeostat.journal.verify.verify import lacking
 from homeostat.service.attached.place import KEPT, begins
 from homeostat.service.historian.observed import PROCESS_TIME
 from homeostat.service.report.facts import facts_of
@@ -27,15 +28,19 @@ _UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
 
 
 def carry_out(options: argparse.Namespace) -> int:
-    """Write the page and print where it is; 0."""
+    """Write the page and print where it is; 1 where the journal's end is missing, which the page says, too."""
     run_dir = run_directory(options.run)
     out = writable(options.out, options.force)
-    facts = facts_of(read_events(run_dir), _seconds("--last", options.last), _seconds("--until", options.until))
+    records = tuple(read_events(run_dir))
+    facts = facts_of(records, _seconds("--last", options.last), _seconds("--until", options.until))
+    facts.lacking = lacking(run_dir, len(records))
     followed = _followed(options, run_dir)
     write_whole(out, page(facts, followed).encode())
     counts = f"{len(facts.alarms)} alarms, {len(facts.diagnosed)} diagnoses, {len(facts.asked)} requests"
     print(printable(f"{options.out}: {counts} in {facts.length_s:.0f} s of process time"))
-    return 0
+    if facts.lacking:
+        print(printable(f"homeostat: {str(run_dir)!r}: what came last is missing: {facts.lacking}"), file=sys.stderr)
+    return 1 if facts.lacking else 0
 
 
 def _followed(options: argparse.Namespace, run_dir: Path) -> Followed | None:

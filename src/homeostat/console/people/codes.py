@@ -14,7 +14,7 @@ from typing import Final, final
 import pyotp
 
 from homeostat.console.people.accounts import Account, folded
-from homeostat.console.people.owned import NotOwned, changing, reading, replace
+from homeostat.console.people.owned import NotOwned, changing, mapping, replace
 from homeostat.console.people.tries import Tries
 
 STEP_S: Final = 30
@@ -27,7 +27,6 @@ with three codes of a million that are right, one in a thousand finds one within
 FORGOTTEN_S: Final = 86_400.0
 """Wrong codes before this are forgotten, wall-clock [s]."""
 _KEPT_STEPS: Final = 86_400 // STEP_S
-_LARGEST: Final = 10_000_000
 
 
 class CodesError(ValueError):
@@ -95,17 +94,9 @@ class Codes:
 
     def _used(self) -> dict[str, int]:
         try:
-            with reading(self._path) as file:
-                found = json.loads(file.read(_LARGEST))
-        except FileNotFoundError:
-            return {}
-        except (OSError, NotOwned) as error:
+            return mapping(self._path, int, "which codes were used; remove it")
+        except NotOwned as error:
             raise CodesError(str(error)) from error
-        except ValueError as error:
-            raise CodesError(f"{str(self._path)!r} does not say which codes were used; remove it") from error
-        if not isinstance(found, dict) or not all(isinstance(step, int) for step in found.values()):
-            raise CodesError(f"{str(self._path)!r} does not say which codes were used; remove it")
-        return found
 
 
 def _name(account: Account) -> str:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import fcntl
+import json
 import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Final, TypeVar
+
+_T = TypeVar("_T")
+_LARGEST: Final = 10_000_000
 
 
 class NotOwned(ValueError):
-    """A file is open to others than its owner, or is no file; one line with the remedy."""
+    """A file is open to others than its owner, is no file, or does not say what it should; one line with the remedy."""
 
 
 @contextmanager
@@ -24,6 +28,27 @@ def reading(path: Path) -> Iterator[BinaryIO]:
         if not stat.S_ISREG(found.st_mode) or found.st_mode & 0o077 or found.st_uid not in (os.getuid(), 0):
             raise NotOwned(f"{str(path)!r} must be a file that its owner alone can use: chmod 600")
         yield file
+
+
+def mapping(path: Path, kind: type[_T], says: str) -> dict[str, _T]:
+    """What the JSON file at ``path`` keeps by name, each of ``kind``; nothing where there is no such file yet.
+
+    NotOwned where it cannot be used; ``says`` is what it should say, and the remedy where there is one.
+    """
+    try:
+        with reading(path) as file:
+            found = json.loads(file.read(_LARGEST))
+    except FileNotFoundError:
+        return {}
+    except NotOwned:
+        raise
+    except OSError as error:
+        raise NotOwned(str(error)) from error
+    except ValueError as error:
+        raise NotOwned(f"{str(path)!r} does not say {says}") from error
+    if not isinstance(found, dict) or not all(isinstance(value, kind) for value in found.values()):
+        raise NotOwned(f"{str(path)!r} does not say {says}")
+    return found
 
 
 @contextmanager

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Final, final
+from typing import final
 
 from homeostat.console.people.accounts import folded
-from homeostat.console.people.owned import NotOwned, changing, reading, replace
+from homeostat.console.people.owned import NotOwned, changing, mapping, replace
 from homeostat.console.sign_on.settings import SignOnError
-
-_LARGEST: Final = 10_000_000
 
 
 @final
@@ -24,17 +22,9 @@ class Names:
     def known(self) -> dict[str, str]:
         """Subject -> name; SignOnError where the file cannot be used."""
         try:
-            with reading(self._path) as file:
-                found = json.loads(file.read(_LARGEST))
-        except FileNotFoundError:
-            return {}
-        except (OSError, NotOwned) as error:
+            return mapping(self._path, str, "who has which name")
+        except NotOwned as error:
             raise SignOnError(str(error)) from error
-        except ValueError as error:
-            raise SignOnError(f"{str(self._path)!r} does not say who has which name") from error
-        if not isinstance(found, dict) or not all(isinstance(name, str) for name in found.values()):
-            raise SignOnError(f"{str(self._path)!r} does not say who has which name")
-        return found
 
     def of(self, subject: str, name: str) -> str | None:
         """The name of ``subject``, which is ``name`` where they had none; None where somebody else has that.

@@ -67,6 +67,22 @@ def verify(run_dir: Path | str, keys: Collection[str] = ()) -> Report:
     return _with_meaning(replace(report, vouched=vouched), directory, records, manifest)
 
 
+def lacking(run_dir: Path, lines: int) -> str:
+    """What the journal of a run that was closed lacks, of which ``lines`` whole lines were read; empty for nothing.
+
+    Only its end is looked at: `verify` looks at everything.
+    """
+    try:
+        manifest = read_manifest(run_dir)
+    except BadManifest as bad:
+        return str(bad)
+    return _cut(manifest, lines) if manifest is not None and lines < manifest.events else ""
+
+
+def _cut(manifest: Manifest, lines: int) -> str:
+    return f"the journal ends after line {lines}, {manifest.events} were written"
+
+
 def _with_meaning(report: Report, directory: Path, records: list[Record], manifest: Manifest | None) -> Report:
     """The report with every contradiction; only a record that is intact is asked what it means."""
     if not report.intact:
@@ -80,7 +96,7 @@ def _with_meaning(report: Report, directory: Path, records: list[Record], manife
 
 def _against_manifest(directory: Path, manifest: Manifest, lines: int, last: str, torn: bool) -> Report:
     if lines < manifest.events:
-        return _altered(lines - 1, f"the journal ends after line {lines}, {manifest.events} were written")
+        return _altered(lines - 1, _cut(manifest, lines))
     if lines == manifest.events and last != manifest.last:
         return _altered(lines - 1, f"line {lines}, the last, was altered: its digest is not the manifest's")
     if lines > manifest.events or torn:

@@ -93,6 +93,8 @@ class Facts:
     """Request -> how far it came."""
     counts: Counter[str] = field(default_factory=Counter)
     """What else happened -> how often."""
+    lacking: str = ""
+    """What the journal lacks at its end, in one sentence; empty where nothing is known to be missing."""
 
     @property
     def length_s(self) -> float:

@@ -32,6 +32,7 @@ def page(facts: Facts, followed: Followed | None = None) -> str:
     parts = [
         element("h1", title),
         element("p", f"From {facts.from_s:.0f} s to {facts.to_s:.0f} s of process time; homeostat {__version__}."),
+        *([element("p", element("strong", f"What came last is missing: {facts.lacking}."))] if facts.lacking else ()),
         *_part("Modes", _modes(facts), "The guard never stood in any."),
         *_part("Alarms", _lasting(facts, facts.alarms, "Alarm"), "There was none."),
         *_part("Readings that were bad", _lasting(facts, facts.bad, "Tag"), "None was."),

@@ -1,0 +1,38 @@
+"""What is kept by name in a file of its owner's: read as a whole, or refused in one line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from homeostat.console.people.owned import NotOwned, mapping
+
+
+def kept(tmp_path: Path, content: bytes, mode: int = 0o600) -> Path:
+    path = tmp_path / "kept"
+    path.write_bytes(content)
+    path.chmod(mode)
+    return path
+
+
+def test_what_is_kept_is_read_and_no_file_keeps_nothing(tmp_path: Path) -> None:
+    assert mapping(kept(tmp_path, b'{"Ada": 3}'), int, "which") == {"Ada": 3}
+    assert mapping(tmp_path / "none", int, "which") == {}
+
+
+@pytest.mark.parametrize("content", [b"[]", b'{"Ada": "3"}', b'{"Ada": 3', b"\xff", b"", b"null"])
+def test_what_says_something_else_is_refused_with_what_it_should_say(tmp_path: Path, content: bytes) -> None:
+    with pytest.raises(NotOwned, match=r"kept. does not say which codes were used; remove it$"):
+        mapping(kept(tmp_path, content), int, "which codes were used; remove it")
+
+
+@pytest.mark.parametrize("link", [True, False])
+def test_what_others_may_use_is_refused(tmp_path: Path, link: bool) -> None:
+    path = kept(tmp_path, b"{}", 0o600 if link else 0o644)
+    if link:
+        path = tmp_path / "link"
+        path.symlink_to(tmp_path / "kept")
+    with pytest.raises(NotOwned) as refused:
+        mapping(path, int, "which")
+    assert "\n" not in str(refused.value) and path.name in str(refused.value)
