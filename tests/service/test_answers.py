@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import fcntl
+import time
 from pathlib import Path
 
 from homeostat.domain.events.guard import GuardStarted, RequestAnswered
 from homeostat.domain.events.people import PersonHeard
 from homeostat.domain.mode import Role
 from homeostat.journal import Journal, RunStarted, Summary, read_events
-from homeostat.service.answers import Heard, Waiting, length, wait_for, waiting
+from homeostat.service.answers import Heard, Waiting, is_written, length, wait_for, waiting
 
 
 def answered(request: str, status: str, digest: str = "d1") -> RequestAnswered:
@@ -66,3 +68,16 @@ def test_nobody_waits_for_a_run_that_is_over(tmp_path: Path) -> None:
         journal.close(Summary(1, "recovered"))
     assert wait_for(tmp_path, "order-01", before, 1e6) == Heard(True, "")
     assert wait_for(tmp_path, "order-02", before, 1e6) is None
+
+
+def test_a_run_that_was_killed_is_not_waited_for(tmp_path: Path) -> None:
+    with Journal(tmp_path) as journal:
+        journal.record(RunStarted("vessel", (), 1), 0.0)
+        journal.record(heard("order-02", True), 0.0)
+    with (tmp_path / "events.jsonl").open("rb") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        assert is_written(tmp_path)
+    assert not is_written(tmp_path)
+    began = time.monotonic()
+    assert wait_for(tmp_path, "order-01", 0, 8.0) is None and time.monotonic() - began < 4.0
+    assert wait_for(tmp_path, "order-02", 0, 8.0) == Heard(True, ""), "what it had answered is told"

@@ -5,7 +5,7 @@ from typing import Final
 
 from homeostat.cli.arguments import UsageError
 from homeostat.domain.mode import PersonCommand
-from homeostat.service.answers import Heard, length, wait_for
+from homeostat.service.answers import Heard, is_written, length, wait_for
 from homeostat.service.attached.place import begins
 from homeostat.service.doors.asking import order
 from homeostat.service.inbox import post, take_back
@@ -27,6 +27,8 @@ def given(run_dir: Path, command: PersonCommand, within_s: float = ANSWER_S) -> 
     if heard is None:
         left = take_back(run_dir, name)
         what = "the order was taken back" if left else "but has taken the order; look at what it does"
-        why = "it is over, is paused or does not go on, or its ticks are that far apart"
+        if not is_written(run_dir):
+            raise UsageError(f"run {str(run_dir)!r} has ended without an answer, {what}")
+        why = "it is paused, or its ticks are that far apart"
         raise UsageError(f"run {str(run_dir)!r} did not answer within {within_s:g} s, {what}; {why}")
     return heard

@@ -1,5 +1,6 @@
 """Answers: what a run's journal says of an order, and which requests wait for a person."""
 
+import fcntl
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -70,11 +71,12 @@ def length(run_dir: Path) -> int:
 def wait_for(run_dir: Path, order: str, after: int, within_s: float) -> Heard | None:
     """What came of ``order``, which was given when the journal had ``after`` bytes.
 
-    None where ``within_s`` [s] have passed, or the run has ended, without an answer.
+    None where ``within_s`` [s] have passed, or the run has ended or was killed, without an answer.
     """
     deadline = time.monotonic() + within_s
     while True:
-        over = (run_dir / MANIFEST).exists()  # looked at before the lines: nothing is written after it
+        # looked at before the lines: nothing is written after it
+        over = (run_dir / MANIFEST).exists() or not is_written(run_dir)
         for event, end in _lines(run_dir / JOURNAL, after):
             after = end
             if event.kind == PersonHeard.kind and event.fields["command"] == order:
@@ -83,6 +85,16 @@ def wait_for(run_dir: Path, order: str, after: int, within_s: float) -> Heard | 
         if over or time.monotonic() >= deadline:
             return None
         time.sleep(_LOOK_S)
+
+
+def is_written(run_dir: Path) -> bool:
+    """Whether a process holds the journal of ``run_dir``: its lock ends with the process."""
+    with (run_dir / JOURNAL).open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+    return False
 
 
 def _lines(path: Path, after: int) -> Iterator[tuple[Record, int]]:

@@ -1,6 +1,5 @@
 """The inbox of a run: an order is one small file, delivered whole and taken once."""
 
-import fcntl
 import os
 import time
 from collections.abc import Callable
@@ -8,7 +7,8 @@ from pathlib import Path
 from typing import Final, final
 
 from homeostat.domain.mode import PersonCommand
-from homeostat.journal.beside.files import JOURNAL, MANIFEST, write_whole
+from homeostat.journal.beside.files import MANIFEST, write_whole
+from homeostat.service.answers import is_written
 from homeostat.service.order import ENDING, IDENTIFIER, OrderError, read, run_identity, written
 
 INBOX: Final = "inbox"
@@ -87,22 +87,12 @@ def refuse_unattended(run_dir: Path) -> None:
     run_identity(run_dir)
     if (run_dir / MANIFEST).exists():
         raise OrderError(f"run {str(run_dir)!r} is over; there is nobody left to order anything")
-    if not _is_written(run_dir):
+    if not is_written(run_dir):
         raise OrderError(
             f"run {str(run_dir)!r} does not go on: it was killed or broke off; 'homeostat resume' goes on with it"
         )
     if not (run_dir / INBOX).is_dir():
         raise OrderError(f"run {str(run_dir)!r} takes no orders; start it with --mode approve, or with --pace")
-
-
-def _is_written(run_dir: Path) -> bool:
-    """Whether a process holds the journal: its lock ends with the process."""
-    with (run_dir / JOURNAL).open("rb") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return True
-    return False
 
 
 def post(run_dir: Path, command: PersonCommand, clock: Callable[[], float] = time.time) -> None:

@@ -21,11 +21,15 @@ class Slip(NamedTuple):
 
     file: str
     before: str
+    """What is there before; empty where the file is none of the example's."""
     after: str
     where: str
     says: tuple[str, ...]
 
 
+FAULT = """id,label,component,severity_unit,nominal,low,high,prior,disables,description
+B2_scale,Scale,B2,1,0.5,0.1,0.9,0.05,,Scale on the heater
+"""
 SLIPS = {
     "a flow in L/h": Slip(
         "engineering/parameters.csv", "flow_V1,0.4,L/s", "flow_V1,1440,L/h", "parameters.csv row 5 (flow_V1)",
@@ -92,6 +96,14 @@ SLIPS = {
     "a stream that enters nothing": Slip(
         "engineering/streams.csv", "feed,,,V1,\n", "", "streams.csv row 2 (V1)", ("leaves 'V1'", "none enters it"),
     ),
+    "a symbol that no table states": Slip(
+        "process.py", "b1.feed(feed, ", 'b1.feed(feed * "share", ', "process.py row 11 (share)",
+        ("add its row to engineering/parameters.csv",),
+    ),
+    "a fault without an equation": Slip(
+        "engineering/faults.csv", "", FAULT, "faults.csv row 2 (B2_scale)",
+        ('FLOWSHEET.fault("B2_scale")', "process.py"),
+    ),
 }  # fmt: skip
 """Mistake -> what is changed, and the one finding."""
 
@@ -108,6 +120,7 @@ COMMON = (
     "a flow in L/h", "an instrument of a loop in m3/s", "a symbol in the code", "a sensor that is not there",
     "a sensor that no loop reads", "gains of two signs", "a limit below the setpoint", "a limit beyond the instrument",
     "a command that a loop writes", "a tag of a loop", "a kind of equipment", "a stream that enters nothing",
+    "a symbol that no table states", "a fault without an equation",
 )  # fmt: skip
 
 
@@ -116,17 +129,13 @@ COMMON = (
 )
 def test_a_mistake_is_one_finding_where_it_is(slip: Slip, tmp_path: Path) -> None:
     folder = tanks(tmp_path)
-    change(folder, slip.file, slip.before, slip.after)
+    if slip.before:
+        change(folder, slip.file, slip.before, slip.after)
+    else:
+        (folder / slip.file).write_text(slip.after, "utf-8")
     (only,) = found(folder)
     assert str(only.where).removeprefix("engineering/") == slip.where
     assert all(text in str(only) for text in slip.says), str(only)
-
-
-def test_a_symbol_that_no_table_states_wants_a_row(tmp_path: Path) -> None:
-    folder = tanks(tmp_path)
-    change(folder, "process.py", "b1.feed(feed, ", 'b1.feed(feed * "share", ')
-    (only,) = found(folder)
-    assert str(only.where) == "process.py row 11 (share)" and "add its row to engineering/parameters.csv" in only.remedy
 
 
 def test_two_mistakes_are_two_findings(tmp_path: Path) -> None:
@@ -134,18 +143,6 @@ def test_two_mistakes_are_two_findings(tmp_path: Path) -> None:
     for name in ("a flow in L/h", "an instrument in m3/s"):
         change(folder, *SLIPS[name][:3])
     assert sorted(finding.where.key for finding in found(folder)) == ["F3", "flow_V1"]
-
-
-def test_a_fault_without_an_equation_says_what_to_write(tmp_path: Path) -> None:
-    folder = tanks(tmp_path)
-    rows = (
-        "id,label,component,severity_unit,nominal,low,high,prior,disables,description",
-        "B2_scale,Scale,B2,1,0.5,0.1,0.9,0.05,,Scale on the heater",
-    )
-    (folder / "engineering" / "faults.csv").write_text("\n".join(rows) + "\n", "utf-8")
-    (only,) = found(folder)
-    assert str(only.where) == "engineering/faults.csv row 2 (B2_scale)"
-    assert 'FLOWSHEET.fault("B2_scale")' in only.remedy and "process.py" in str(only)
 
 
 @pytest.mark.parametrize(("value", "sound"), [("0", True), ("0.05", True), ("-0.1", True), ("0.001", False)])
