@@ -122,7 +122,6 @@ class Response:
             self._parts.note(FallbackIneffective(strategy, limit, reason, given_up), now_s)
         self._parts.alarms.raise_(f"fallback:{strategy}", reason, Priority.CRITICAL, now_s)
         if others:
-            self._unanswered.clear()
             named = " and ".join(map(repr, others))
             text = f"{strategy!r} is kept, because {named} may make {limit} worse; a person must act: {reason}"
             self._kept[limit] = strategy
