@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
+from homeostat.agents.search.by_hand import brought, by_hand_first
 from homeostat.agents.search.candidates import Point, SearchSpace
 from homeostat.agents.search.cost import Cost
 from homeostat.agents.search.gently import RAMPS_S, SOON_S, Rest, excess, gentlest, leads_back, ramped, settles
@@ -20,6 +21,7 @@ from homeostat.agents.search.tracking import held, search_space, tracking
 from homeostat.domain.advice import Advice
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from homeostat.domain.verdict import Revise
 from homeostat.process.types import Table
 from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Purpose, Twin
@@ -76,7 +78,9 @@ class SearchAction:
         self._judged: list[tuple[Ensemble, dict[Key, NDArray[np.float64]]]] = []
         self._told: tuple[ActionSet, ActionSet] | None = None
         """What was proposed last, and what of it was tried."""
-        self._rest = Rest()
+        self._rest, self._hand = Rest(), Rest()
+        self._by_hand: tuple[float, dict[str, ActionSet]] = (-np.inf, {})
+        """When a diagnosis said that nothing is wrong [s], and what brings the plant near ordinary operation then."""
 
     def _judged_on(self, ensemble: Ensemble) -> dict[Key, NDArray[np.float64]]:
         """(State, commands) -> what they came to on ``ensemble``: attempts differ in what they require only."""
@@ -109,8 +113,12 @@ class SearchAction:
             found.append(float(self._judge(twin, ways, few)[:, 0].min()) + self._release)
         return found
 
-    async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet:
-        """The best action set found for the path's target state; validation says whether it will do."""
+    async def act(self, situation: Situation, path: RecoveryPath, advice: Advice) -> ActionSet | Revise:
+        """The best action set found for the path's target state; validation says whether it will do.
+
+        Of a plant that goes back to ordinary operation, what brings it near that by hand where it is to come first;
+        other paths are refused then.
+        """
         if path.awaited:
             twin = self._twin.frozen()
             routes = RouteSearch(twin, self._cost, self._tags)
@@ -120,7 +128,11 @@ class SearchAction:
         space = search_space(self._plant, path.machine.state(path.target), stuck)
         twin = self._twin.frozen()
         if leads_back(self._plant, situation, path):
+            self._by_hand = situation.diagnosis.at_s, {}
             return await asyncio.to_thread(self._gently, twin, space, situation)
+        at_s, by_hand = self._by_hand
+        if at_s == situation.diagnosis.at_s and (by_hand or path.target == situation.state):
+            return by_hand.get(path.target) or by_hand_first(path.target)
         found = await asyncio.to_thread(self._search, twin, space, situation, dict(advice.required))
         told = await asyncio.to_thread(tracking, self._plant, twin, found, stuck)
         self._told = told, found
@@ -154,7 +166,7 @@ class SearchAction:
             self._evaluate(twin, space.around(base, fraction), space, many, {}, sure)
         return self._best(sure, space, 1)[0]
 
-    def _gently(self, twin: Twin, space: SearchSpace, situation: Situation) -> ActionSet:
+    def _gently(self, twin: Twin, space: SearchSpace, situation: Situation) -> ActionSet | Revise:
         """The design of an ordinary state, as fast as controlled variables stay near their setpoints.
 
         NoAdmissiblePlan while what was repaired still moves the plant by itself, as long as that may be waited for: not
@@ -172,7 +184,14 @@ class SearchAction:
         signals, dt_s = twin.try_many(ensemble, twin.schedules(ways, twin.horizon), refuse=False)
         judged = self._cost.judge(signals, dt_s, ensemble.weights, ways)
         admitted = np.isfinite(judged[:, 0]) & (self._cost.total(judged, {}) <= judged[:, 0])
-        return gentlest(ways, excess(self._plant, signals, len(ways)), admitted.tolist())
+        off = excess(self._plant, signals, len(ways))
+        way = gentlest(ways, off, admitted.tolist())
+        now = situation.state, situation.snapshot
+        found = brought(self._plant, twin, ensemble, now, (way, float(off[ways.index(way)])))
+        if not (found and self._hand.awaited(situation.snapshot.at_s, soon_s)):
+            return way
+        self._by_hand = situation.diagnosis.at_s, found
+        return by_hand_first(space.state.name)
 
     def _search(self, twin: Twin, space: SearchSpace, situation: Situation, required: Mapping[str, float]) -> ActionSet:
         settings = self._settings

@@ -68,11 +68,11 @@ def excess(plant: PlantDescription, signals: Mapping[str, Cube], count: int) -> 
     ``signals``: tag -> values, shape (count * members, times). Mean over members at their worst times, in scales, shape
     (count,).
     """
-    return np.asarray(_by_loop(plant, signals, count).sum(axis=0))
+    return np.asarray(by_loop(plant, signals, count).sum(axis=0))
 
 
-def _by_loop(plant: PlantDescription, signals: Mapping[str, Cube], count: int) -> Table:
-    """The same of each loop, shape (loops, count)."""
+def by_loop(plant: PlantDescription, signals: Mapping[str, Cube], count: int) -> Table:
+    """The same as :func:`excess` of each loop, shape (loops, count)."""
     found = np.zeros((len(plant.loops), count))
     for k, loop in enumerate(plant.loops):
         scale = plant.tag(loop.process_variable).scale
@@ -103,7 +103,7 @@ def settles(plant: PlantDescription, signals: Mapping[str, Cube], rows: int) -> 
         return False
 
     def off(first: int | None, last: int | None) -> Vec:
-        return np.asarray(_by_loop(plant, {tag: v[:, first:last] for tag, v in signals.items()}, 1)[:, 0])
+        return np.asarray(by_loop(plant, {tag: v[:, first:last] for tag, v in signals.items()}, 1)[:, 0])
 
     now, early, late, end = off(0, 1), off(0, rows), off(rows, None), off(-1, None)
     rests, drifts = late <= SAME, (now <= SAME) & (late <= LEAVES) & (end <= off(rows, rows + 1) + SAME)

@@ -8,6 +8,7 @@ from homeostat.agents.hypotheses import LIKELY, PLAUSIBLE, plausible_faults
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.domain.advice import Advice
 from homeostat.domain.plant.description import PlantDescription, Relation
+from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.verdict import Approve
 
@@ -33,6 +34,11 @@ class SearchPlanning:
             paths = list(open_paths(self._plant, self._grounding, situation, advice, LIKELY))
         if not paths:
             raise NoAdmissiblePlan(self._exhausted(situation, advice))
+        if is_away(self._plant, situation):
+            if any(isinstance(a.verdict, Approve) for a in advice.attempts):
+                raise NoAdmissiblePlan("the way back is approved, and nothing else is asked for")
+            # It is not what costs least that is looked for: a detour to another state may cost less for a while.
+            paths = [p for p in paths if p.target in self._plant.machine.ordinary] or paths
         if self._bounds is None:
             return paths[0]
         asked = situation.diagnosis.at_s, situation.state
@@ -67,8 +73,8 @@ def open_paths(
     """The paths that guards and likely faults leave open and that were not refused yet, the least risky first.
 
     Where nothing is wrong, and the plant could stay where it is outside of ordinary operation, only those that lead
-    back to it, or nearer to it: to a state of less risk. ``least``: how probable a fault must be to take anything
-    away [1].
+    back to it, or nearer to it: to a state of less risk, or to the same one once it was refused. ``least``: how
+    probable a fault must be to take anything away [1].
     """
     faults = plausible_faults(situation.diagnosis, least)
     # Another way to the states that a path commands admits the same commands: it is refused, and offered, with it.
@@ -76,15 +82,25 @@ def open_paths(
     values, lying = situation.snapshot.values, unreliable_tags(plant, faults)
     machine = plant.machine
     home = machine.ordinary
-    may_stay = not situation.diagnosis.faulty and all(f.satisfied for f in situation.idle)
-    back = may_stay and situation.state not in home
+    back = is_away(plant, situation) and all(f.satisfied for f in situation.idle)
+    first = back and not any(states[-1] in home for states in advice.refused_paths)
     for transitions in machine.paths(situation.state, values, machine.recovery_event, blocked=(), unreliable=lying):
         path = RecoveryPath(machine, transitions)
-        if back and path.target not in home and machine.state(path.target).risk >= machine.state(situation.state).risk:
+        if back and path.target not in home and not _nearer(machine, situation.state, path, first):
             continue
         if path.commanded not in passed and grounding.allows(path.states, faults):
             passed.add(path.commanded)
             yield path
+
+
+def is_away(plant: PlantDescription, situation: Situation) -> bool:
+    """Whether nothing is wrong, and the plant is outside of ordinary operation."""
+    return not situation.diagnosis.faulty and situation.state not in plant.machine.ordinary
+
+
+def _nearer(machine: StateMachine, here: str, path: RecoveryPath, first: bool) -> bool:
+    """Whether a ``path`` leads to less risk; or to the state that the plant is in, where it is not the ``first``."""
+    return machine.state(path.target).risk < machine.state(here).risk or (path.states == (here, here) and not first)
 
 
 def unreliable_tags(plant: PlantDescription, faults: Collection[str]) -> frozenset[str]:
