@@ -122,14 +122,14 @@ def test_what_leaves_its_setpoint_and_comes_back_is_waited_for() -> None:
 
 
 def test_a_plant_that_moves_by_itself_is_not_sent_back_yet(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("homeostat.agents.search.action.settles", lambda plant, signals, rows: rows > 0)
+    monkeypatch.setattr("homeostat.agents.search.returning.settles", lambda plant, signals, rows: rows > 0)
     with pytest.raises(NoAdmissiblePlan, match="comes to rest in 'reduced_load' first"):
         asyncio.run(search(QUICK).act(HEALTHY, BACK, Advice()))
 
 
 def test_a_limit_in_danger_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """A setpoint that made up for a transmitter is wrong once that reads right: what must be done is the way back."""
-    monkeypatch.setattr("homeostat.agents.search.action.settles", lambda plant, signals, rows: True)
+    monkeypatch.setattr("homeostat.agents.search.returning.settles", lambda plant, signals, rows: True)
     found = asyncio.run(search(QUICK).act(replace(HEALTHY, act_by_s=HEALTHY.snapshot.at_s + 60.0), BACK, Advice()))
     assert found.target == "normal"
 
@@ -143,7 +143,7 @@ def test_rest_is_not_waited_for_for_ever() -> None:
 
 
 def test_a_twin_that_says_soon_each_time_does_not_keep_the_plant_away(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("homeostat.agents.search.action.settles", lambda plant, signals, rows: True)
+    monkeypatch.setattr("homeostat.agents.search.returning.settles", lambda plant, signals, rows: True)
     subject, sent = search(QUICK), []
     for later_s in (0.0, 300.0, 600.0, 660.0):
         asked = replace(HEALTHY, snapshot=replace(HEALTHY.snapshot, at_s=HEALTHY.snapshot.at_s + later_s))

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.pricing import Pricing
-from homeostat.agents.roles import NoAdmissiblePlan, Situation
-from homeostat.agents.search.by_hand import brought, by_hand_first
+from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import Point, SearchSpace
 from homeostat.agents.search.cost import Cost
-from homeostat.agents.search.gently import RAMPS_S, SOON_S, Rest, excess, gentlest, leads_back, ramped, settles
+from homeostat.agents.search.gently import leads_back
+from homeostat.agents.search.returning import Returning
 from homeostat.agents.search.routes import RouteSearch
 from homeostat.agents.search.tracking import held, search_space, tracking
 from homeostat.domain.advice import Advice
@@ -78,9 +78,7 @@ class SearchAction:
         self._judged: list[tuple[Ensemble, dict[Key, NDArray[np.float64]]]] = []
         self._told: tuple[ActionSet, ActionSet] | None = None
         """What was proposed last, and what of it was tried."""
-        self._rest, self._hand = Rest(), Rest()
-        self._by_hand: tuple[float, dict[str, ActionSet]] = (-np.inf, {})
-        """When a diagnosis said that nothing is wrong [s], and what brings the plant near ordinary operation then."""
+        self._returning = Returning(plant, self._cost, self._release)
 
     def _judged_on(self, ensemble: Ensemble) -> dict[Key, NDArray[np.float64]]:
         """(State, commands) -> what they came to on ``ensemble``: attempts differ in what they require only."""
@@ -128,11 +126,9 @@ class SearchAction:
         space = search_space(self._plant, path.machine.state(path.target), stuck)
         twin = self._twin.frozen()
         if leads_back(self._plant, situation, path):
-            self._by_hand = situation.diagnosis.at_s, {}
-            return await asyncio.to_thread(self._gently, twin, space, situation)
-        at_s, by_hand = self._by_hand
-        if at_s == situation.diagnosis.at_s and (by_hand or path.target == situation.state):
-            return by_hand.get(path.target) or by_hand_first(path.target)
+            return await asyncio.to_thread(self._returning.back, twin, space, situation)
+        if (instead := self._returning.instead(situation, path)) is not None:
+            return instead
         found = await asyncio.to_thread(self._search, twin, space, situation, dict(advice.required))
         told = await asyncio.to_thread(tracking, self._plant, twin, found, stuck)
         self._told = told, found
@@ -165,33 +161,6 @@ class SearchAction:
             (base,) = self._best(sure, space, 1)
             self._evaluate(twin, space.around(base, fraction), space, many, {}, sure)
         return self._best(sure, space, 1)[0]
-
-    def _gently(self, twin: Twin, space: SearchSpace, situation: Situation) -> ActionSet | Revise:
-        """The design of an ordinary state, as fast as controlled variables stay near their setpoints.
-
-        NoAdmissiblePlan while what was repaired still moves the plant by itself, as long as that may be waited for: not
-        where a limit is in danger meanwhile, which may be because setpoints still make up for what is over.
-        """
-        design, values = space.actions(space.design), situation.snapshot.values
-        ways = list(dict.fromkeys(ramped(design, values, seconds) for seconds in twin.timing.times_s(RAMPS_S)))
-        ensemble = twin.ensemble(plausible(situation.diagnosis), twin.settings.draws, Purpose.REFINE)
-        alone = ActionSet((), situation.state)
-        left, dt_s = twin.try_many(ensemble, twin.schedules([alone], twin.horizon), refuse=False)
-        soon_s = twin.timing.time_s(SOON_S)
-        safe = situation.act_by_s is None and settles(self._plant, left, int(soon_s / dt_s))
-        if safe and self._rest.awaited(situation.snapshot.at_s, soon_s):
-            raise NoAdmissiblePlan(f"the plant comes to rest in {situation.state!r} first")
-        signals, dt_s = twin.try_many(ensemble, twin.schedules(ways, twin.horizon), refuse=False)
-        judged = self._cost.judge(signals, dt_s, ensemble.weights, ways)
-        admitted = np.isfinite(judged[:, 0]) & (self._cost.total(judged, {}) <= judged[:, 0])
-        off = excess(self._plant, signals, len(ways))
-        way = gentlest(ways, off, admitted.tolist())
-        now = situation.state, situation.snapshot
-        found = brought(self._plant, twin, ensemble, now, (way, float(off[ways.index(way)])))
-        if not (found and self._hand.awaited(situation.snapshot.at_s, soon_s)):
-            return way
-        self._by_hand = situation.diagnosis.at_s, found
-        return by_hand_first(space.state.name)
 
     def _search(self, twin: Twin, space: SearchSpace, situation: Situation, required: Mapping[str, float]) -> ActionSet:
         settings = self._settings
