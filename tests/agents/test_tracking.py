@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from homeostat.agents.roles import Situation
@@ -14,6 +16,8 @@ from homeostat.domain.advice import Advice
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
+from homeostat.process.types import Vec
+from homeostat.twin.forecast import Ensemble
 from tests.agents.stuck_valve import DIAGNOSIS, NOW_S, QUICK, STUCK, now, search, stuck
 from tests.twin.followed import follow, reactor
 
@@ -24,6 +28,7 @@ def thought(*hypotheses: Hypothesis) -> Situation:
     return replace(now(), diagnosis=replace(DIAGNOSIS, hypotheses=hypotheses))
 
 
+REDUCE = RecoveryPath(PLANT.machine, (next(t for t in PLANT.machine.transitions if t.name == "t_reduce"),))
 SURE = (Hypothesis((STUCK,), 1.0),)
 
 
@@ -62,11 +67,16 @@ def test_what_is_held_is_no_choice() -> None:
     assert search_space(PLANT, state, {}).ranges == free.ranges
 
 
+def first(sets: Sequence[ActionSet], ensemble: Ensemble) -> Vec:
+    """A judge to whom the first is the best."""
+    return np.arange(len(sets), dtype=np.float64)
+
+
 def commanded(position: float, f1: float) -> float:
     """Where V2 is commanded to stand, stuck at ``position``, with a feed of ``f1`` [L/s] at 310 K."""
     orders = (Command("F1.sp", f1, 0.005), Command("T1.sp", 310.0, 0.5), Command("V2.man", position, 0.2))
     actions = ActionSet((*orders, Command("L1.sp", 10.0, 0.1), Command("XV1.cmd", 1.0, 0.05)), "reduced_load")
-    found = tracking(PLANT, follow(stuck()[:NOW_S]), actions, {"V2.man": position}).command("V2.man")
+    found = tracking(PLANT, follow(stuck()[:NOW_S]), actions, {"V2.man": position}, first).command("V2.man")
     assert found is not None and found.value is not None
     return found.value
 
@@ -79,6 +89,28 @@ def test_it_is_commanded_to_where_its_controller_would_have_it() -> None:
 @pytest.mark.parametrize("position", [0.49, 0.53])
 def test_where_that_is_where_it_is_stuck_it_stands_beside(position: float) -> None:
     assert abs(commanded(position, 1.0 / 30.0) - position) >= BESIDE - 0.005
+
+
+def test_it_stands_on_the_side_on_which_the_plant_fares_better_once_it_moves() -> None:
+    asked: list[list[float]] = []
+
+    def warm(sets: Sequence[ActionSet], ensemble: Ensemble) -> Vec:
+        asked.append([float(order.value or 0.0) for a in sets if (order := a.command("V2.man")) is not None])
+        return np.array(asked[-1])
+
+    orders = (Command("F1.sp", 1.0 / 30.0, 0.005), Command("T1.sp", 310.0, 0.5), Command("V2.man", 0.5, 0.2))
+    actions = ActionSet((*orders, Command("L1.sp", 10.0, 0.1), Command("XV1.cmd", 1.0, 0.05)), "reduced_load")
+    for judge, side in ((warm, -BESIDE), (lambda sets, ensemble: -warm(sets, ensemble), BESIDE)):
+        order = tracking(PLANT, follow(stuck()[:NOW_S]), actions, {"V2.man": 0.5}, judge).command("V2.man")
+        assert order is not None and order.value == pytest.approx(0.5 + side, abs=0.005)
+    assert [sorted(each) for each in asked] == [pytest.approx([0.5 - BESIDE, 0.5 + BESIDE], abs=0.005)] * 2
+
+
+def test_a_side_that_a_healthy_plant_cannot_bear_is_not_taken() -> None:
+    """Full feed with a third of the cooling water would be too hot: the reactor's own search stands above it."""
+    found = asyncio.run(search(QUICK).act(thought(*SURE), REDUCE, Advice()))
+    assert isinstance(found, ActionSet) and (order := found.command("V2.man")) is not None
+    assert order.value is not None and order.value >= 0.3 + BESIDE - 0.005
 
 
 @pytest.mark.parametrize("position", [0.0, 1.0])
@@ -101,16 +133,17 @@ def narrowed(low: float, high: float) -> PlantDescription:
 @pytest.mark.parametrize(("low", "high"), [(0.0, 0.0), (0.0, 0.25)])
 def test_it_stays_where_its_state_admits_it(low: float, high: float) -> None:
     actions = ActionSet((Command("F1.sp", 1.0 / 30.0, 0.005), Command("V2.man", low, 0.2)), "reduced_load")
-    found = tracking(narrowed(low, high), follow(stuck()[:NOW_S]), actions, {"V2.man": 0.2}).command("V2.man")
+    found = tracking(narrowed(low, high), follow(stuck()[:NOW_S]), actions, {"V2.man": 0.2}, first).command("V2.man")
     assert found is not None and found.value is not None and low <= found.value <= high
 
 
 def test_nothing_else_is_changed() -> None:
     actions = ActionSet((Command("F1.sp", 0.02, 0.005),), "reduced_load")
-    assert tracking(PLANT, follow(stuck()[:NOW_S]), actions, {"V2.man": 0.3}) is actions
+    assert tracking(PLANT, follow(stuck()[:NOW_S]), actions, {"V2.man": 0.3}, first) is actions
 
 
 def test_the_search_commands_it() -> None:
-    path = RecoveryPath(PLANT.machine, (next(t for t in PLANT.machine.transitions if t.name == "t_reduce"),))
-    order = asyncio.run(search(QUICK).act(thought(*SURE), path, Advice())).command("V2.man")
+    found = asyncio.run(search(QUICK).act(thought(*SURE), REDUCE, Advice()))
+    assert isinstance(found, ActionSet)
+    order = found.command("V2.man")
     assert order is not None and order.value is not None and abs(order.value - 0.3) >= BESIDE - 0.005

@@ -22,7 +22,7 @@ from homeostat.domain.advice import Advice
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.verdict import Revise
-from homeostat.process.types import Table
+from homeostat.process.types import Table, Vec
 from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Purpose, Twin
 
@@ -130,7 +130,7 @@ class SearchAction:
         if (instead := self._returning.instead(situation, path)) is not None:
             return instead
         found = await asyncio.to_thread(self._search, twin, space, situation, dict(advice.required))
-        told = await asyncio.to_thread(tracking, self._plant, twin, found, stuck)
+        told = await asyncio.to_thread(tracking, self._plant, twin, found, stuck, partial(self._total, twin))
         self._told = told, found
         return told
 
@@ -217,6 +217,10 @@ class SearchAction:
         cost = self._cost.total(self._judge(twin, [space.actions(p) for p in fresh], ensemble), required)
         for point, value in zip(fresh, cost.tolist(), strict=True):
             tried[point] = value + CHANGE * space.distance(point)
+
+    def _total(self, twin: Twin, actions: Sequence[ActionSet], ensemble: Ensemble) -> Vec:
+        """Cost of each of ``actions`` on ``ensemble``, with a penalty for every margin that is missing [1]."""
+        return self._cost.total(self._judge(twin, actions, ensemble), {})
 
     def _judge(self, twin: Twin, actions: Sequence[ActionSet], ensemble: Ensemble) -> Table:
         """What each of ``actions`` comes to on ``ensemble``, whoever asked first: shape (actions, 1 + criteria)."""

@@ -2,13 +2,17 @@
 
 A controller of a stuck actuator drives its command to the end of its range; repaired, the actuator goes there at once.
 By hand the command stands where the controller would have it if the actuator moved: repaired, it goes there, and the
-integral has followed. Where that is where it is stuck, it stands a little beside it, so that a repair is seen.
+integral has followed. Where that is where it is stuck, it stands beside it, so that a repair is seen: on the side on
+which the plant fares better once the actuator moves, for which nobody knows the time.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from statistics import fmean
+from typing import TypeAlias
+
+import numpy as np
 
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.roles import Situation
@@ -19,18 +23,26 @@ from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.process.batch import ProcessError
+from homeostat.process.types import Vec
+from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Twin
 
 STUCK = 0.9
 """An actuator that is taken away with this probability is held [1]."""
-BESIDE = 0.06
-"""How far from its position it is commanded to stand at least, as a share of its range [1]."""
+BESIDE = 0.1
+"""How far from its position it is commanded to stand at least, as a share of its range [1].
+
+Where it is stuck is known within some hundredths: from what it is repaired to, explanations must differ by more.
+"""
 LAST_S = 60.0
 """Stretch at the end of a rollout in which a controller has come to where it stays [s]."""
 SETTLED_S = 2.0
 """After it got stuck, when an actuator has come to where it stays [s]."""
 READ = 30
 """Readings whose mean is the position."""
+
+Judge: TypeAlias = Callable[[Sequence[ActionSet], Ensemble], Vec]
+"""Cost of each of the action sets over an ensemble [1]."""
 
 
 def held(plant: PlantDescription, situation: Situation) -> dict[str, float]:
@@ -44,10 +56,13 @@ def held(plant: PlantDescription, situation: Situation) -> dict[str, float]:
     return found
 
 
-def tracking(plant: PlantDescription, twin: Twin, actions: ActionSet, stuck: Mapping[str, float]) -> ActionSet:
+def tracking(
+    plant: PlantDescription, twin: Twin, actions: ActionSet, stuck: Mapping[str, float], judge: Judge
+) -> ActionSet:
     """``actions`` with the manual outputs of ``stuck`` actuators where their controllers would come to if they moved.
 
-    Where their state leaves no choice, or a healthy plant would leave the physical world, they stay as they are.
+    Where that is where they are stuck, beside it, where ``judge`` finds a healthy plant to fare best. Where their state
+    leaves no choice, or a healthy plant would leave the physical world, they stay as they are.
     """
     choices = {r.tag: r for r in plant.machine.state(actions.target).setpoints if r.high > r.low}
     outputs = [c.tag for c in actions.commands if c.tag in stuck and c.tag in choices]
@@ -60,26 +75,35 @@ def tracking(plant: PlantDescription, twin: Twin, actions: ActionSet, stuck: Map
         signals, dt_s = twin.try_many(healthy, schedules)
     except ProcessError:
         return actions
-    last, commands = math.ceil(twin.timing.time_s(LAST_S) / dt_s), []
-    for c in actions.commands:
-        if c.tag in outputs:
-            wanted = float(signals[plant.overridden[c.tag]][:, -last:].mean())
-            stands = _beside(plant.tag(c.tag), choices[c.tag], stuck[c.tag], wanted)
-            c = Command(c.tag, stands, plant.tag(c.tag).rate_limit)
-        commands.append(c)
-    return replace(actions, commands=tuple(commands))
+    last, found = math.ceil(twin.timing.time_s(LAST_S) / dt_s), replace(actions, commands=free)
+    for output in outputs:
+        wanted = float(signals[plant.overridden[output]][:, -last:].mean())
+        tag, admitted = plant.tag(output), choices[output]
+        places = dict.fromkeys(_stands(tag, admitted, v) for v in _beside(tag, admitted, stuck[output], wanted))
+        sets = [_commanded(found, Command(output, value, tag.rate_limit)) for value in places]
+        found = sets[0] if len(sets) == 1 else sets[int(np.argmin(judge(sets, healthy)))]
+    return found
 
 
-def _beside(tag: Tag, admitted: SetpointRange, position: float, wanted: float) -> float:
-    """What is commanded of an actuator that is stuck at ``position`` and would be ``wanted`` elsewhere."""
+def _commanded(actions: ActionSet, command: Command) -> ActionSet:
+    """``actions`` with ``command`` in place of what they command of its tag."""
+    return replace(actions, commands=tuple(command if c.tag == command.tag else c for c in actions.commands))
+
+
+def _beside(tag: Tag, admitted: SetpointRange, position: float, wanted: float) -> list[float]:
+    """Where what is stuck at ``position`` and would be ``wanted`` elsewhere may be commanded to stand."""
     least = BESIDE * tag.range.span
-    if abs(wanted - position) < least:
-        wanted = position + math.copysign(least, wanted - position)
-    if not admitted.low <= wanted <= admitted.high:
-        wanted = position - least if position + least > admitted.high else position + least
+    if abs(wanted - position) >= least and admitted.low <= wanted <= admitted.high:
+        return [wanted]
+    sides = [position + math.copysign(least, wanted - position), position - math.copysign(least, wanted - position)]
+    return [side for side in sides if admitted.low <= side <= admitted.high] or [sides[0]]
+
+
+def _stands(tag: Tag, admitted: SetpointRange, value: float) -> float:
+    """The nearest to ``value`` that may be commanded."""
     if tag.increment is not None:
-        wanted = round(round(wanted / tag.increment) * tag.increment, 9)
-    return min(max(wanted, admitted.low), admitted.high)
+        value = round(round(value / tag.increment) * tag.increment, 9)
+    return min(max(value, admitted.low), admitted.high)
 
 
 def search_space(plant: PlantDescription, state: State, fixed: Mapping[str, float]) -> SearchSpace:
