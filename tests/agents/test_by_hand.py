@@ -13,10 +13,10 @@ import pytest
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.agents.search.action import SearchAction
-from homeostat.agents.search.by_hand import by_hand, reaches, resting
+from homeostat.agents.search.by_hand import by_hand, following, reaches, resting
 from homeostat.agents.search.planning import SearchPlanning, open_paths
 from homeostat.domain.advice import Advice, Attempt
-from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve, Revise
@@ -137,6 +137,58 @@ def test_the_plant_does_not_stand_by_hand_for_ever() -> None:
         except NoAdmissiblePlan:
             sent.append("waits")
     assert sent[:3] == ["refused"] * 3 and sent[-1] != "refused"
+
+
+@functools.cache
+def eased(feed: float, end_s: int = 1520) -> tuple[Snapshot, ...]:
+    """A healthy reactor that was sent to a level of 8.5 L with another ``feed`` [L/s] 70 s ago."""
+    plant = reactor()
+    link = SimulatedLink(open_process(plant, scenario_of(plant, [], 3, float(end_s))))
+    seen = []
+    for at_s in range(1, end_s + 1):
+        if at_s == end_s - 70:
+            link.operate("F1.sp", feed)
+            link.operate("L1.sp", 8.5)
+        seen.append(link.advance())
+    return tuple(seen)
+
+
+def test_rest_is_waited_for_where_full_feed_goes_on_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("homeostat.agents.search.returning.settles", lambda plant, signals, rows: True)
+    seen = eased(1.0 / 30.0)
+    with pytest.raises(NoAdmissiblePlan, match="comes to rest in 'compensated' first"):
+        asyncio.run(search(seen).act(asked(seen), path("t_return"), Advice()))
+
+
+def test_half_of_the_feed_is_not_given_away_for_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("homeostat.agents.search.returning.settles", lambda plant, signals, rows: True)
+    seen = eased(1.0 / 60.0)
+    subject, now = search(seen), asked(seen, "reduced_load")
+    assert isinstance(asyncio.run(subject.act(now, path("t_return_reduced"), Advice())), Revise)
+    first = asyncio.run(subject.act(now, path("t_restore"), Advice()))
+    assert isinstance(first, ActionSet) and first.target == "compensated"
+
+
+@pytest.mark.parametrize("feed", [0.005, 0.01, 1.0 / 60.0])
+def test_what_comes_first_keeps_every_limit(feed: float) -> None:
+    seen = eased(feed)
+    subject, now = search(seen), asked(seen, "reduced_load")
+    assert isinstance(asyncio.run(subject.act(now, path("t_return_reduced"), Advice())), Revise)
+    said = asyncio.run(subject.act(now, path("t_restore"), Advice()))
+    assert isinstance(said, ActionSet)
+    twin = follow(seen)
+    signals, _ = twin.try_many(twin.ensemble((Hypothesis((), 1.0),), 6), twin.schedules([said], twin.horizon))
+    assert signals["T1"].max() <= 313.0 and signals["L1"].max() <= 11.0
+
+
+def test_setpoints_of_loops_that_stand_by_hand_follow_the_plant() -> None:
+    """The temperature's does, and those of level and feed are as they were; on automatic none does."""
+    (hand,) = by_hand(PLANT, "compensated", WARM, NORMAL, REST)
+    first, slow = following(PLANT, hand, {"T1.sp": 300.0, "L1.sp": 8.0, "F1.sp": 0.02}, [0.0, 100.0])
+    assert first == hand
+    assert {c.tag: c.rate for c in slow.commands} == {c.tag: c.rate for c in hand.commands} | {"T1.sp": 0.1}
+    free = replace(hand, commands=tuple(replace(c, value=None) if c.tag == "V2.man" else c for c in hand.commands))
+    assert list(following(PLANT, free, {"T1.sp": 300.0}, [100.0])) == [free]
 
 
 # --- the planner -----------------------------------------------------------------------------------------------------

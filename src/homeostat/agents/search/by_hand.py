@@ -7,10 +7,11 @@ nothing more.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
+from homeostat.agents.search.gently import ramped
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.recovery import ActionSet, Command
@@ -39,6 +40,20 @@ def by_hand(
     """
     found = (_actions(plant, state, home, rest) for state in _between(plant, here, values))
     return [actions for actions in found if actions is not None]
+
+
+def following(
+    plant: PlantDescription, actions: ActionSet, values: Mapping[str, float], times_s: Iterable[float]
+) -> Iterator[ActionSet]:
+    """``actions`` whose setpoints, of loops whose outputs stand by hand, take each of ``times_s`` from ``values`` [s].
+
+    These move nothing, and say where the variable is expected meanwhile: one that is far from its setpoint is taken for
+    a sign that something is wrong.
+    """
+    held = {plant.overridden[c.tag] for c in actions.commands if c.tag in plant.overridden and c.value is not None}
+    setpoints = {loop.setpoint for loop in plant.loops if loop.manipulated_variable in held}
+    for seconds in times_s:
+        yield ramped(actions, values, seconds, setpoints)
 
 
 def _between(plant: PlantDescription, here: str, values: Mapping[str, float]) -> Iterator[State]:

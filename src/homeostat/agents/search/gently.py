@@ -6,7 +6,7 @@ says that the plant comes to rest soon may be wrong each time that it says so.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -50,9 +50,19 @@ def leads_back(plant: PlantDescription, situation: Situation, path: RecoveryPath
     return healthy and situation.state not in ordinary and path.target in ordinary and not path.awaited
 
 
-def ramped(actions: ActionSet, values: Mapping[str, float], seconds: float) -> ActionSet:
-    """``actions`` whose setpoints take ``seconds`` from their present ``values``, or longer where they must [s]."""
-    return replace(actions, commands=tuple(_ramped(c, values.get(c.tag), seconds) for c in actions.commands))
+def ramped(
+    actions: ActionSet, values: Mapping[str, float], seconds: float, tags: Collection[str] | None = None
+) -> ActionSet:
+    """``actions`` whose setpoints take ``seconds`` from their present ``values``, or longer where they must [s].
+
+    ``tags``: those that do, all of them where None.
+    """
+    return replace(
+        actions,
+        commands=tuple(
+            _ramped(c, values.get(c.tag), seconds) if tags is None or c.tag in tags else c for c in actions.commands
+        ),
+    )
 
 
 def _ramped(command: Command, present: float | None, seconds: float) -> Command:

@@ -7,7 +7,7 @@ import numpy as np
 
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
-from homeostat.agents.search.by_hand import LAST_S, by_hand, reaches, resting
+from homeostat.agents.search.by_hand import LAST_S, by_hand, following, reaches, resting
 from homeostat.agents.search.candidates import SearchSpace
 from homeostat.agents.search.cost import Cost
 from homeostat.agents.search.gently import RAMPS_S, SOON_S, Rest, by_loop, excess, gentlest, ramped, settles
@@ -96,9 +96,15 @@ class Returning:
         hands = by_hand(self._plant, situation.state, values, space.state, rest)
         if off <= WORTH or not hands:
             return way, {}
-        tried, _ = self._try(twin, ensemble, hands, None)
-        better = tried.admitted & (tried.late <= off - WORTH) & (tried.price <= most)
-        return way, {a.target: a for a, good in zip(hands, better.tolist(), strict=True) if good}
+        times_s = [seconds for seconds in twin.timing.times_s(RAMPS_S) if seconds <= twin.timing.time_s(SOON_S)]
+        sets = list(dict.fromkeys(gentle for a in hands for gentle in following(self._plant, a, values, times_s)))
+        tried, _ = self._try(twin, ensemble, sets, None)
+        better, found = tried.admitted & (tried.late <= off - WORTH) & (tried.price <= most), {}
+        for target in {a.target for a in hands}:
+            mine = [k for k, a in enumerate(sets) if a.target == target and better[k]]
+            if mine:
+                found[target] = gentlest([sets[k] for k in mine], tried.excess[mine], [True] * len(mine))
+        return way, found
 
     def _try(
         self, twin: Twin, ensemble: Ensemble, sets: list[ActionSet], target: State | None
