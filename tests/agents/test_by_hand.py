@@ -140,33 +140,43 @@ def test_the_plant_does_not_stand_by_hand_for_ever() -> None:
 
 
 @functools.cache
-def eased(feed: float, end_s: int = 1520) -> tuple[Snapshot, ...]:
-    """A healthy reactor that was sent to a level of 8.5 L with another ``feed`` [L/s] 70 s ago."""
+def eased(feed: float, level: float = 8.5, end_s: int = 1520) -> tuple[Snapshot, ...]:
+    """A healthy reactor that was sent to another ``level`` [L] with another ``feed`` [L/s] 70 s ago."""
     plant = reactor()
     link = SimulatedLink(open_process(plant, scenario_of(plant, [], 3, float(end_s))))
     seen = []
     for at_s in range(1, end_s + 1):
         if at_s == end_s - 70:
             link.operate("F1.sp", feed)
-            link.operate("L1.sp", 8.5)
+            link.operate("L1.sp", level)
         seen.append(link.advance())
     return tuple(seen)
 
 
-def test_rest_is_waited_for_where_full_feed_goes_on_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rest_is_waited_for_where_the_plant_belongs_and_nothing_is_saved(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("homeostat.agents.search.returning.settles", lambda plant, signals, rows: True)
-    seen = eased(1.0 / 30.0)
+    seen = eased(1.0 / 30.0, 10.15)
+    monkeypatch.setattr("homeostat.agents.search.returning.WORTH", -1.0)
     with pytest.raises(NoAdmissiblePlan, match="comes to rest in 'compensated' first"):
         asyncio.run(search(seen).act(asked(seen), path("t_return"), Advice()))
 
 
-def test_half_of_the_feed_is_not_given_away_for_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("feed", "level"), [(1.0 / 60.0, 10.0), (1.0 / 30.0, 8.5)])
+def test_rest_elsewhere_is_not_waited_for(monkeypatch: pytest.MonkeyPatch, feed: float, level: float) -> None:
     monkeypatch.setattr("homeostat.agents.search.returning.settles", lambda plant, signals, rows: True)
-    seen = eased(1.0 / 60.0)
+    seen = eased(feed, level)
     subject, now = search(seen), asked(seen, "reduced_load")
     assert isinstance(asyncio.run(subject.act(now, path("t_return_reduced"), Advice())), Revise)
     first = asyncio.run(subject.act(now, path("t_restore"), Advice()))
     assert isinstance(first, ActionSet) and first.target == "compensated"
+
+
+def test_rest_elsewhere_is_waited_for_where_nothing_may_be_done_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("homeostat.agents.search.returning.settles", lambda plant, signals, rows: True)
+    monkeypatch.setattr("homeostat.agents.search.returning.by_hand", lambda *args: [])
+    seen = eased(1.0 / 60.0)
+    with pytest.raises(NoAdmissiblePlan, match="comes to rest in 'reduced_load' first"):
+        asyncio.run(search(seen).act(asked(seen, "reduced_load"), path("t_return_reduced"), Advice()))
 
 
 @pytest.mark.parametrize("feed", [0.005, 0.01, 1.0 / 60.0])

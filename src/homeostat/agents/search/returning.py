@@ -1,6 +1,7 @@
 """Returning: how a plant in which nothing is wrong any more goes back to ordinary operation, and what comes first."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,7 +44,7 @@ class Returning:
     """Says how the plant goes back: at once, after it has come to rest, or by hand first."""
 
     def __init__(self, plant: PlantDescription, cost: Cost, release: float) -> None:
-        """``release``: what one costs, as a share of the design production [1]."""
+        """``cost`` judges what is tried; ``release``: what one costs, as a share of the design production [1]."""
         self._plant, self._cost, self._release = plant, cost, release
         self._rest, self._held = Rest(), Rest()
         self._first: tuple[float, dict[str, ActionSet]] = (-math.inf, {})
@@ -52,10 +53,10 @@ class Returning:
     def back(self, twin: Twin, space: SearchSpace, situation: Situation) -> ActionSet | Revise:
         """The design of an ordinary state, as fast as controlled variables stay near their setpoints.
 
-        Refused where the plant is to be brought near it by hand first: where that spares what the way back would move,
-        and costs less than waiting. NoAdmissiblePlan while what was repaired still moves the plant by itself, as long
-        as that may be waited for: not where a limit is in danger meanwhile, which may be because setpoints still make
-        up for what is over.
+        Refused where the plant is to be brought near it by hand first: where that spares what the way back would move.
+        NoAdmissiblePlan while what was repaired still moves the plant by itself, as long as that may be waited for: not
+        where a limit is in danger meanwhile, which may be because setpoints still make up for what is over, nor where
+        by hand is better: where the plant would come to rest elsewhere, or staying costs more than a release.
         """
         self._first = situation.diagnosis.at_s, {}
         at_s, soon_s = situation.snapshot.at_s, twin.timing.time_s(SOON_S)
@@ -64,7 +65,7 @@ class Returning:
         left, dt_s = twin.try_many(ensemble, twin.schedules([alone], twin.horizon), refuse=False)
         rests = situation.act_by_s is None and settles(self._plant, left, int(soon_s / dt_s))
         most = math.inf
-        if rests:
+        if rests and self._belongs(space.state, situation.snapshot.values):
             most = float(self._cost.judge(left, dt_s, ensemble.weights, [alone])[0, 0]) - self._release
         way, first = self._ways(twin, space, situation, ensemble, most)
         if first and self._held.awaited(at_s, soon_s):
@@ -83,6 +84,15 @@ class Returning:
         if at_s != situation.diagnosis.at_s or not (first or path.target == situation.state):
             return None
         return first.get(path.target) or _refused(path.target)
+
+    def _belongs(self, home: State, values: Mapping[str, float]) -> bool:
+        """Whether the setpoints of loops are those of ``home``, within a scale of what they hold."""
+        for loop in self._plant.loops:
+            wanted, near = home.setpoint(loop.setpoint), self._plant.tag(loop.process_variable).scale
+            design = None if wanted is None else wanted.design
+            if design is not None and not abs(values.get(loop.setpoint, math.nan) - design) <= near:
+                return False
+        return True
 
     def _ways(
         self, twin: Twin, space: SearchSpace, situation: Situation, ensemble: Ensemble, most: float
