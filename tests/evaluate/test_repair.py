@@ -35,11 +35,11 @@ def test_a_repaired_valve_takes_the_plant_back_to_normal(fault: str, severity: f
     said = [entry.at_s for entry in back.record.entries if isinstance(entry.event, FaultsEnded)]
     assert said and REPAIRED_S < said[0] <= REPAIRED_S + 60.0
     state, at_s = back.record.states[-1]
-    assert state == "normal" and REPAIRED_S < at_s <= REPAIRED_S + 90.0
+    assert state == "normal" and REPAIRED_S < at_s <= REPAIRED_S + 300.0  # by hand first, where that spares a swing
     assert not outside_after(back.truth, back.force, REPAIRED_S)
-    after = back.truth.times_s >= back.truth.times_s[-1] - 100.0
-    off = np.abs(back.truth.signals["L1"][0] - back.truth.signals["L1.sp"][0])[after]
-    assert off.max() <= 0.3
+    after, signals = back.truth.times_s >= at_s, back.truth.signals
+    for tag, most in (("T1", 1.0), ("L1", 0.2)):
+        assert np.abs(signals[tag][0] - signals[f"{tag}.sp"][0])[after].max() <= most
 
 
 @pytest.mark.slow
