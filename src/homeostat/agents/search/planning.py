@@ -35,10 +35,11 @@ class SearchPlanning:
         if not paths:
             raise NoAdmissiblePlan(self._exhausted(situation, advice))
         if is_away(self._plant, situation):
-            if any(isinstance(a.verdict, Approve) for a in advice.attempts):
-                raise NoAdmissiblePlan("the way back is approved, and nothing else is asked for")
             # It is not what costs least that is looked for: a detour to another state may cost less for a while.
-            paths = [p for p in paths if p.target in self._plant.machine.ordinary] or paths
+            home = [p for p in paths if p.target in self._plant.machine.ordinary]
+            if not home and any(isinstance(a.verdict, Approve) for a in advice.attempts):
+                raise NoAdmissiblePlan("the way back is approved, and nothing else is asked for")
+            paths = home or paths
         if self._bounds is None:
             return paths[0]
         asked = situation.diagnosis.at_s, situation.state
