@@ -66,6 +66,9 @@ class ScriptedTwin:
         self.checked.append(self.at_s)
         return self.over
 
+    def stuck(self) -> dict[str, float]:
+        return {}
+
     def calibrate(self, seconds: int) -> None:
         self.learned.append((self.at_s, seconds))
 

@@ -33,6 +33,7 @@ from homeostat.twin.history import History, Window
 from homeostat.twin.isolation.ended import STRETCHES, Ended
 from homeostat.twin.isolation.evidence import Accuracy, Fit
 from homeostat.twin.isolation.isolation import FaultIsolation, Question
+from homeostat.twin.isolation.prechecks import flat_lines
 from homeostat.twin.separation import separation
 from homeostat.twin.settings import TwinSettings
 
@@ -161,6 +162,10 @@ class Twin:
         window, recent = self._last(seconds), self._last(min(settings.recent_s, seconds))
         question = Question(candidates, tuple(known), dense, since_s, before, news)
         return self._isolation.explain(question, window, recent, self._posterior)
+
+    def stuck(self) -> dict[str, float]:
+        """Tag -> since when its instrument repeats itself although it has noise [s], as the last readings show."""
+        return {f.tag: f.since_s for f in flat_lines(self._last(self.settings.lead_s), self._description)}
 
     def nothing(self, seconds: float) -> dict[str, Fit]:
         """How well nothing being wrong explains what each variable showed in the last ``seconds`` [s].

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.hypotheses import probabilities
@@ -9,6 +10,7 @@ from homeostat.agents.monitoring.clearing import Clearing, may_return
 from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.agents.monitoring.stepped import Stepped
+from homeostat.agents.monitoring.still import Picture, Still
 from homeostat.agents.monitoring.symptoms import SymptomWatch
 from homeostat.domain.diagnosis import (
     AS_LIKELY_AS_NOT,
@@ -49,9 +51,7 @@ class TwinMonitoring:
         self._started_formula = started
         self._settings = settings or MonitoringSettings()
         self._timing = description.timing
-        rules = description.qualities.values()
-        self._noisy = tuple(r.tag for r in rules if r.noise and r.frozen_s is not None)
-        self._before: tuple[float, ...] = ()
+        self._still, self._picture = Still(description, twin.stuck), Picture(description)
         self._filters = [FeatureFilter(f, description.timing.tick_s) for f in description.features]
         self._watches = [SymptomWatch(r, baselines[r.feature]) for r in description.symptom_rules]
         self._every = tuple(fault.name for fault in description.faults)
@@ -72,6 +72,7 @@ class TwinMonitoring:
         self._doubts: tuple[Hypothesis, ...] = ()
         self._returns_until_s = math.inf
         self._told: frozenset[str] = frozenset()
+        self._forgot = False
         self._clearing, self._checks = Clearing(description.timing), False
         self._stepped = Stepped(description)
         self._growing = {m.name for m in description.fault_modes if m.effect is not None and m.effect.grows}
@@ -85,7 +86,10 @@ class TwinMonitoring:
 
     def notices(self, snapshot: Snapshot) -> bool:
         """Take a snapshot; whether something needs explaining now. A snapshot that repeats the last one is ignored."""
-        if snapshot.at_s <= self._at_s or self._repeats(snapshot):
+        if snapshot.at_s <= self._at_s:
+            return False
+        if self._picture.repeats(snapshot):
+            self._still.passed_over(snapshot)
             return False
         self._twin.observe(snapshot)
         self._at_s = snapshot.at_s
@@ -93,15 +97,6 @@ class TwinMonitoring:
         if (until_s := self._stepped.take(snapshot, self._known)) is not None:
             self._clearing.look_at(until_s)
         return not self._stopped and self._attention(snapshot.at_s)
-
-    def _repeats(self, snapshot: Snapshot) -> bool:
-        """Whether every reading that has noise comes again to the last digit: an old picture with a new time.
-
-        Some that do are evidence of stuck instruments; all of them say nothing about the plant.
-        """
-        values, before = snapshot.values, self._before
-        self._before = tuple(values[tag] for tag in self._noisy if tag in values)
-        return bool(self._before) and self._before == before
 
     @property
     def symptoms(self) -> tuple[Symptom, ...]:
@@ -120,7 +115,7 @@ class TwinMonitoring:
             return ended
         checks, self._checks = self._checks, False
         again, self._again = self._again, False
-        if checks and self._said and not deviates:
+        if checks and self._said and not (deviates or self._forgot):
             return Diagnosis(self._at_s, self._last, self._said, news=False)
         hypotheses = self._explain(self._symptoms, deviates)
         nothing = Diagnosis(self._at_s, (), ())
@@ -151,7 +146,8 @@ class TwinMonitoring:
         faults = frozenset(f.fault for f in self._known)
         told = faults <= frozenset(self._every)  # of what is generated nobody listed what it raises
         rules = frozenset(s.rule for s in self._symptoms)
-        self._open = frozenset(r for r in rules if told and self._indicates[r] and not self._indicates[r] & faults)
+        indicates = {rule: self._indicates.get(rule, frozenset()) for rule in rules}
+        self._open = frozenset(r for r in rules if told and indicates[r] and not indicates[r] & faults)
         wait_s = min(self._unexplained_s, self._settings.review_s)
         self._unexplained_s = 2.0 * wait_s if self._open else self._settings.repeat_s
         self._told = (self._told | rules) - self._open
@@ -160,12 +156,36 @@ class TwinMonitoring:
 
     def _ended(self) -> tuple[Diagnosis | None, bool]:
         """That all that was known to be wrong is over, where it is, and whether nothing else is wrong since then."""
-        known = [s.faults for s in by_fault_set(h for h in self._said if h.faults and not h.something_else)]
+        said = [h for h in self._said if h.faults and not h.something_else]
+        stuck = {f.fault: f.onset_s for h in (Hypothesis(self._known, 1.0), *said) for f in h.faults if self._is_stuck(f)}
+        moves = {fault: self._still.moves_since(self._still.shown_by[fault], at_s) for fault, at_s in stuck.items()}
+        since_s = {fault: at_s for fault, at_s in moves.items() if at_s is not None}
+        if since_s:
+            return self._forget(since_s)
+        if any(self._still.stands(self._still.shown_by[fault]) for fault in stuck):
+            return None, True
+        known = [s.faults for s in by_fault_set(said)]
         ended = self._twin.frozen().ended(known, self._from_s) if self._known else None
         if ended is None:
             return None, True
         self._from_s = ended.since_s
         return self._over(ended.since_s), ended.fits
+
+    def _is_stuck(self, fault: FaultState) -> bool:
+        return fault.fault in self._still.shown_by
+
+    def _forget(self, since_s: Mapping[str, float]) -> tuple[Diagnosis | None, bool]:
+        """That instruments which were stuck move again, as of :meth:`_ended`: fault -> since when [s].
+
+        What else was known is explained anew, without them.
+        """
+        if all(f.fault in since_s for f in self._known):
+            self._from_s = max(since_s.values())
+            return self._over(self._from_s), not self._symptoms
+        self._known = tuple(f for f in self._known if f.fault not in since_s)
+        left = [replace(h, faults=tuple(f for f in h.faults if f.fault not in since_s)) for h in self._said]
+        self._said, self._forgot = tuple(left), True
+        return None, True
 
     def _over(self, since_s: float) -> Diagnosis:
         """That what was known is over since ``since_s`` [s]: its transient is awaited.
@@ -177,6 +197,7 @@ class TwinMonitoring:
         self._open = frozenset()
         self._review_at_s = self._first_s = None
         self._clearing.over()
+        self._acknowledged = self._still.unseen(self._acknowledged)
         self._acknowledged.update({s.rule: self._at_s + self._settings.transient_s for s in self._symptoms})
         return Diagnosis(self._at_s, (), self._doubts, over, since_s, doubts=bool(self._doubts))
 
@@ -211,6 +232,7 @@ class TwinMonitoring:
     def _update(self, snapshot: Snapshot) -> tuple[Symptom, ...]:
         """Confirmed symptoms; learns the plant's own means on the way."""
         values = {f.feature.name: f.update(snapshot) for f in self._filters}
+        self._still.take(snapshot)
         if self._started_s is None:
             if self._started_formula.holds(snapshot.values):
                 self._started_s = snapshot.at_s
@@ -221,7 +243,8 @@ class TwinMonitoring:
             value = values[watch.rule.feature]
             if value is not None:  # what is not known neither begins a symptom nor ends one
                 watch.update(value, snapshot.at_s)
-        active = tuple(w.active for w in self._watches if w.active is not None)
+        self._still.judge(snapshot.at_s)
+        active = (*(w.active for w in self._watches if w.active is not None), *self._still.symptoms)
         known = {k: v for k, v in values.items() if v is not None}
         if self._known:
             self._adapted_s, self._counted = snapshot.at_s, 0
@@ -269,23 +292,31 @@ class TwinMonitoring:
         fresh = {
             s.rule
             for s in self._symptoms
-            if self._acknowledged.get(s.rule, 0.0) <= at_s and not self._reads[s.rule] & waiting
+            if self._acknowledged.get(s.rule, 0.0) <= at_s
+            and not self._reads.get(s.rule, frozenset()) & waiting
+            and (at_s >= self._quiet_until_s or self._in_any_transient(s))
         }
-        found = bool(fresh) and at_s >= self._quiet_until_s
+        found = bool(fresh)
         self._checks = clears and not found
         self._again = found and fresh <= self._open
         return found or clears
 
+    def _in_any_transient(self, symptom: Symptom) -> bool:
+        """Whether no transient of the process raises ``symptom``: what it is about has another cause."""
+        return symptom in self._still.symptoms
+
     def _explain(self, symptoms: tuple[Symptom, ...], deviates: bool) -> tuple[Hypothesis, ...]:
         """Candidate faults from the graph and the last diagnosis, explained by the twin; all where ``deviates``."""
-        indicated = [s.rule for s in symptoms]
+        seen = [s.rule for s in symptoms]
+        indicated = [rule for rule in seen if rule in self._indicates]
         candidates = self._grounding.candidate_faults(indicated) if indicated else ()
         others = self._every if deviates else ()
         ordered = list(dict.fromkeys([*candidates, *(f.fault for f in self._known), *others]))
-        if not (ordered or indicated):
+        if not (ordered or seen):
             return ()
         since_s = min((*(s.at_s for s in symptoms), *(f.onset_s for f in self._known)), default=self._at_s)
-        news = deviates or any(rule not in self._told for rule in indicated)
+        news = deviates or self._forgot or any(rule not in self._told for rule in seen)
+        self._forgot = False
         return self._twin.frozen().explain(ordered, self._known, deviates, since_s, self._said, news, self._from_s)
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
