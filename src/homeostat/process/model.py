@@ -62,7 +62,10 @@ class ProcessModel(Protocol):
         ...
 
     def correct(self, states: Table, residuals: Mapping[str, Vec]) -> None:
-        """Move states in place by what the instruments say beyond the model: variable -> shape (members,)."""
+        """Move states in place by what the instruments say beyond the model: variable -> shape (members,).
+
+        An instrument that says nothing, because it is stuck, is left out.
+        """
         ...
 
     def resume(self, states: Table, readings: Mapping[str, Vec], parameters: Table) -> None:

@@ -96,6 +96,11 @@ class Carrier:
         sd = -sd if fault.severity + sd > allowed.high else sd
         return [(replace(fault, severity=fault.severity + sd),)]
 
+    def is_stuck(self, fault: FaultState) -> bool:
+        """Whether ``fault`` is an instrument that shows what it showed last."""
+        effect = self.modes[fault.fault].effect
+        return effect is not None and effect.kind is EffectKind.FROZEN
+
     def rate_per_unit(self, effect: Effect, window: Window) -> float:
         """Change of the effect's quantity for each unit of severity, per second for a balance; 0 where nobody knows."""
         return self._effects.per_unit(effect, {} if effect.capacity is None else window.at(-1))

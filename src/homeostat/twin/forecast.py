@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.process.batch import Batch, simulate, tick_of
 from homeostat.process.model import ProcessModel
-from homeostat.process.moves import Move, MoveKind, Moves, move_all_parameters, moved_inputs
+from homeostat.process.moves import Moves, move_all_parameters, moved_inputs
 from homeostat.process.sequence import Guard, InputSequence, run_sequences
 from homeostat.process.types import Cube, Indices, Table, Vec
 from homeostat.twin.carried import Carried, Carrier
 from homeostat.twin.history import Window
-from homeostat.twin.replay import replay
+from homeostat.twin.replay import correct, replay
 
 LATEST = 15
 """Readings whose mean difference from the replay corrects the state."""
@@ -82,9 +82,7 @@ def synchronise(
     residuals = {
         v: np.mean(window.readings[v][-rows:] - run.predicted[:, -rows:, j], axis=1) for j, v in enumerate(variables)
     }
-    for v in variables:
-        residuals[v][[_stuck(own, model.shown[v]) for own in carried.moves]] = 0.0  # it says nothing of the process
-    model.correct(states, residuals)
+    correct(model, states, residuals, carried, window.end_s)
     move_all_parameters(parameters, carried.moves, window.end_s)
     model.resume(states, past.whole.readings, parameters)
     seeds = noise.integers(1, 2**62, size=len(sets), dtype=np.int64)
@@ -92,11 +90,6 @@ def synchronise(
         follows
     ]
     return Ensemble(window.end_s, states, parameters, carried, follows, weights, seeds)
-
-
-def _stuck(moves: Sequence[Move], reading: int) -> bool:
-    """Whether the reading in this column stands still."""
-    return any(move.kind is MoveKind.FROZEN and move.column == reading for move in moves)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,13 +1,14 @@
 """Replay: drive the model with recorded commands from a state that agrees with the readings."""
 
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from homeostat.process.batch import Batch, BatchResult, simulate, tick_of
 from homeostat.process.model import ProcessModel
-from homeostat.process.moves import Moves, moved_inputs
-from homeostat.process.types import Cube, Table
+from homeostat.process.moves import Move, MoveKind, Moves, moved_inputs
+from homeostat.process.types import Cube, Table, Vec
 from homeostat.twin.carried import Carried
 from homeostat.twin.history import Window
 from homeostat.twin.shared_prefix import simulate_with_prefix
@@ -48,8 +49,8 @@ def starting_states(
     """States at the beginning of ``window``, shape (members, states).
 
     Each is that of the smoothed readings, moved so that the member's own instruments (with their calibration and
-    faults) would show them. What no instrument shows stands where the member's own faults have put it: a valve that was
-    stuck before the window does not move into its place within it.
+    faults) would show them; those that were stuck before it show nothing. What no instrument shows stands where the
+    member's own faults have put it: a valve that was stuck before the window does not move into its place within it.
     """
     first = window.beginning
     states = np.tile(model.estimate(first | _manual(window)), (len(parameters), 1))
@@ -57,8 +58,30 @@ def starting_states(
     arrived, follows = moved_inputs(commanded, carried.moves, window.start_s, tick_of(model.kernel))
     model.settle(states, arrived[follows, 0], parameters, carried.severity, carried.onset_s, window.start_s)
     shown = _run(model, window, states, parameters, carried, variables, 1).record
-    model.correct(states, {v: first[v] - shown[:, 0, j] for j, v in enumerate(variables)})
+    correct(model, states, {v: first[v] - shown[:, 0, j] for j, v in enumerate(variables)}, carried, window.start_s)
     return states
+
+
+def correct(model: ProcessModel, states: Table, residuals: Mapping[str, Vec], carried: Carried, at_s: float) -> None:
+    """Move ``states`` in place by ``residuals``, each member by those of instruments that are not stuck at ``at_s`` [s].
+
+    What a stuck one shows says nothing of the process: as a residual of nothing it would hold a state where it was.
+    """
+    blind = [_stuck(model, own, residuals, at_s) for own in carried.moves]
+    if not any(blind):
+        model.correct(states, residuals)
+        return
+    for unseen in dict.fromkeys(blind):
+        rows = np.array([k for k, own in enumerate(blind) if own == unseen])
+        mine = states[rows]
+        model.correct(mine, {v: r[rows] for v, r in residuals.items() if v not in unseen})
+        states[rows] = mine
+
+
+def _stuck(model: ProcessModel, moves: Sequence[Move], variables: Collection[str], at_s: float) -> frozenset[str]:
+    """Those of ``variables`` whose reading stands still at ``at_s`` [s]."""
+    stuck = {move.column for move in moves if move.kind is MoveKind.FROZEN and move.onset_s <= at_s}
+    return frozenset(v for v in variables if model.shown[v] in stuck) if stuck else frozenset()
 
 
 def open_loop(model: ProcessModel, window: Window, states: Table, parameters: Table, carried: Carried) -> Batch:

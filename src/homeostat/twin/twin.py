@@ -235,9 +235,20 @@ class Twin:
     def _synchronised(
         self, parameters: Table, hypotheses: Sequence[Hypothesis], follows: Indices, noise: np.random.Generator
     ) -> Ensemble:
-        window, corrected = self._last(self.settings.synchronise_s), self.settings.corrected
+        window, corrected = self._last(self._since_seen_s(hypotheses)), self.settings.corrected
         past = Past(window, self._history.whole)
         return synchronise(self._model, self._carrier, past, parameters, hypotheses, follows, corrected, noise)
+
+    def _since_seen_s(self, hypotheses: Sequence[Hypothesis]) -> float:
+        """How long a replay goes back that is to say where the plant stands now [s].
+
+        What a stuck instrument showed nobody has seen since, and what moved meanwhile is what the model says: it goes
+        back to before the first of them was.
+        """
+        now_s, longest_s = self._history.window(1).end_s, self.settings.synchronise_s
+        stuck_s = [f.onset_s for h in hypotheses for f in h.faults if self._carrier.is_stuck(f)]
+        begin_s = (self.settings.settle_rows + 1) * self._timing.tick_s
+        return max(longest_s, now_s - min(stuck_s) + begin_s) if stuck_s else longest_s
 
     def schedules(self, sets: Sequence[ActionSet], steps: int) -> Cube:
         """The inputs of the next ``steps`` ticks if each of ``sets`` were released now, (sets, steps, inputs)."""

@@ -8,6 +8,7 @@ from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.hypotheses import probabilities
 from homeostat.agents.monitoring.clearing import Clearing, may_return
 from homeostat.agents.monitoring.features import FeatureFilter
+from homeostat.agents.monitoring.followed import Followed
 from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.agents.monitoring.stepped import Stepped
 from homeostat.agents.monitoring.still import Picture, Still
@@ -54,6 +55,7 @@ class TwinMonitoring:
         self._still, self._picture = Still(description, twin.stuck), Picture(description)
         self._filters = [FeatureFilter(f, description.timing.tick_s) for f in description.features]
         self._watches = [SymptomWatch(r, baselines[r.feature]) for r in description.symptom_rules]
+        self._followed = Followed(description, self._watches)
         self._every = tuple(fault.name for fault in description.faults)
         self._sums = {f.name: 0.0 for f in description.features}
         self._counted = 0
@@ -62,7 +64,7 @@ class TwinMonitoring:
         self._acknowledged: dict[str, float] = {}
         self._released_s: float | None = None
         self._first_s: float | None = None
-        self._quiet_until_s = 0.0
+        self._quiet_until_s = self._gathers_until_s = 0.0
         self._review_at_s: float | None = None
         self._known: tuple[FaultState, ...] = ()
         self._last: tuple[Symptom, ...] = ()
@@ -157,12 +159,14 @@ class TwinMonitoring:
     def _ended(self) -> tuple[Diagnosis | None, bool]:
         """That all that was known to be wrong is over, where it is, and whether nothing else is wrong since then."""
         said = [h for h in self._said if h.faults and not h.something_else]
-        stuck = {f.fault: f.onset_s for h in (Hypothesis(self._known, 1.0), *said) for f in h.faults if self._is_stuck(f)}
-        moves = {fault: self._still.moves_since(self._still.shown_by[fault], at_s) for fault, at_s in stuck.items()}
+        shown_by = self._still.shown_by
+        every = (*self._known, *(f for h in said for f in h.faults))
+        stuck = {f.fault: f.onset_s for f in every if f.fault in shown_by}
+        moves = {fault: self._still.moves_since(shown_by[fault], at_s) for fault, at_s in stuck.items()}
         since_s = {fault: at_s for fault, at_s in moves.items() if at_s is not None}
         if since_s:
             return self._forget(since_s)
-        if any(self._still.stands(self._still.shown_by[fault]) for fault in stuck):
+        if any(self._still.stands(shown_by[fault]) for fault in stuck):
             return None, True
         known = [s.faults for s in by_fault_set(said)]
         ended = self._twin.frozen().ended(known, self._from_s) if self._known else None
@@ -170,9 +174,6 @@ class TwinMonitoring:
             return None, True
         self._from_s = ended.since_s
         return self._over(ended.since_s), ended.fits
-
-    def _is_stuck(self, fault: FaultState) -> bool:
-        return fault.fault in self._still.shown_by
 
     def _forget(self, since_s: Mapping[str, float]) -> tuple[Diagnosis | None, bool]:
         """That instruments which were stuck move again, as of :meth:`_ended`: fault -> since when [s].
@@ -214,8 +215,9 @@ class TwinMonitoring:
         self._first_s = None
         self._stopped = isinstance(outcome, FallbackNeeded)
         match outcome:
-            case Released(at_s=at_s):
+            case Released(actions=actions, at_s=at_s):
                 self._released_s = at_s
+                self._followed.released(actions.commands, at_s)
                 self._quiet_until_s = at_s + self._settings.transient_s
                 self._review_at_s = at_s + self._review_in_s(at_s)
             case NoActionNeeded(at_s=at_s):
@@ -244,6 +246,7 @@ class TwinMonitoring:
             if value is not None:  # what is not known neither begins a symptom nor ends one
                 watch.update(value, snapshot.at_s)
         self._still.judge(snapshot.at_s)
+        self._followed.take(snapshot)
         active = (*(w.active for w in self._watches if w.active is not None), *self._still.symptoms)
         known = {k: v for k, v in values.items() if v is not None}
         if self._known:
@@ -303,7 +306,8 @@ class TwinMonitoring:
 
     def _in_any_transient(self, symptom: Symptom) -> bool:
         """Whether no transient of the process raises ``symptom``: what it is about has another cause."""
-        return symptom in self._still.symptoms
+        gathers = self._at_s < self._gathers_until_s
+        return not gathers and (symptom in self._still.symptoms or self._followed.disobeyed(symptom.rule))
 
     def _explain(self, symptoms: tuple[Symptom, ...], deviates: bool) -> tuple[Hypothesis, ...]:
         """Candidate faults from the graph and the last diagnosis, explained by the twin; all where ``deviates``."""
@@ -340,7 +344,8 @@ class TwinMonitoring:
         if self._first_s is None:
             self._first_s = at_s
         if at_s - self._first_s < self._settings.evidence_s:
-            self._quiet_until_s = min(self._first_s + self._settings.evidence_s, at_s + self._settings.again_s)
+            until_s = min(self._first_s + self._settings.evidence_s, at_s + self._settings.again_s)
+            self._quiet_until_s = self._gathers_until_s = until_s
             return True
         return False
 

@@ -1,7 +1,7 @@
 """Still: instruments that have noise and repeat themselves for longer than the tables let them.
 
-No feature need show that: a level that is held by a stuck reading stands still on paper while its vessel runs over. What
-repeats itself is asked about by itself, as soon as its rule says so, and it is over once it moves again.
+No feature need show that: a level that is held by a stuck reading stands still on paper while its vessel runs over.
+What repeats itself is asked about by itself, as soon as its rule says so, and it is over once it moves again.
 """
 
 import math

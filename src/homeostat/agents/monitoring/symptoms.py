@@ -45,8 +45,13 @@ class SymptomWatch:
         """Least deviation that counts, in the feature's unit."""
         return max(self.rule.sigma * self._sd, self.rule.threshold)
 
-    def update(self, value: float, at_s: float) -> Symptom | None:
-        """The confirmed symptom after one more value, or None."""
+    @property
+    def pending(self) -> bool:
+        """Whether the deviation is there, confirmed or not."""
+        return self._since is not None
+
+    def excess(self, value: float) -> float:
+        """Deviation of ``value`` on the side that counts, as a multiple of the threshold [1]."""
         deviation = value - self._centre
         match self.rule.direction:
             case Direction.HIGH:
@@ -55,7 +60,11 @@ class SymptomWatch:
                 signed = -deviation
             case Direction.BOTH:
                 signed = abs(deviation)
-        excess = signed / self.threshold
+        return signed / self.threshold
+
+    def update(self, value: float, at_s: float) -> Symptom | None:
+        """The confirmed symptom after one more value, or None."""
+        deviation, excess = value - self._centre, self.excess(value)
         if excess >= 1.0:
             self._since = at_s if self._since is None else self._since
             if at_s - self._since >= self.rule.on_delay_s and self.active is None:

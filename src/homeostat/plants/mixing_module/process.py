@@ -119,6 +119,8 @@ class MixingModel:
     def correct(self, states: Table, residuals: Mapping[str, Vec]) -> None:
         """Shift levels by what the hydrostatic pressures say beyond the model: level transmitters may lie."""
         for i, tank in enumerate(_TANKS):
+            if f"P_{tank}" not in residuals:  # it is stuck
+                continue
             shift = residuals[f"P_{tank}"] / KPA_PER_M
             states[:, S.V1 + i] = np.maximum(states[:, S.V1 + i] + AREA * shift, 0.0)
             states[:, S.L1 + i] = states[:, S.V1 + i] / AREA
