@@ -63,7 +63,7 @@ def starting_states(
 
 
 def correct(model: ProcessModel, states: Table, residuals: Mapping[str, Vec], carried: Carried, at_s: float) -> None:
-    """Move ``states`` in place by ``residuals``, each member by those of instruments that are not stuck at ``at_s`` [s].
+    """Move ``states`` in place by ``residuals``, each member by instruments that are not stuck at ``at_s`` [s].
 
     What a stuck one shows says nothing of the process: as a residual of nothing it would hold a state where it was.
     """

@@ -55,6 +55,7 @@ class TwinMonitoring:
         self._still, self._picture = Still(description, twin.stuck), Picture(description)
         self._filters = [FeatureFilter(f, description.timing.tick_s) for f in description.features]
         self._watches = [SymptomWatch(r, baselines[r.feature]) for r in description.symptom_rules]
+        self._held = frozenset(loop.process_variable for loop in description.loops)
         self._followed = Followed(description, self._watches)
         self._every = tuple(fault.name for fault in description.faults)
         self._sums = {f.name: 0.0 for f in description.features}
@@ -166,7 +167,7 @@ class TwinMonitoring:
         since_s = {fault: at_s for fault, at_s in moves.items() if at_s is not None}
         if since_s:
             return self._forget(since_s)
-        if any(self._still.stands(shown_by[fault]) for fault in stuck):
+        if any(self._still.stands(shown_by[fault], at_s) for fault, at_s in stuck.items()):
             return None, True
         known = [s.faults for s in by_fault_set(said)]
         ended = self._twin.frozen().ended(known, self._from_s) if self._known else None
@@ -178,10 +179,13 @@ class TwinMonitoring:
     def _forget(self, since_s: Mapping[str, float]) -> tuple[Diagnosis | None, bool]:
         """That instruments which were stuck move again, as of :meth:`_ended`: fault -> since when [s].
 
-        What else was known is explained anew, without them.
+        What else was known is explained anew, without them. A loop that was held by one of them comes back to where it
+        should be, and that transient is awaited as one of a release is.
         """
         if all(f.fault in since_s for f in self._known):
             self._from_s = max(since_s.values())
+            if any(self._still.shown_by[fault] in self._held for fault in since_s):
+                self._quiet_until_s = self._at_s + self._settings.transient_s
             return self._over(self._from_s), not self._symptoms
         self._known = tuple(f for f in self._known if f.fault not in since_s)
         left = [replace(h, faults=tuple(f for f in h.faults if f.fault not in since_s)) for h in self._said]
@@ -321,7 +325,8 @@ class TwinMonitoring:
         since_s = min((*(s.at_s for s in symptoms), *(f.onset_s for f in self._known)), default=self._at_s)
         news = deviates or self._forgot or any(rule not in self._told for rule in seen)
         self._forgot = False
-        return self._twin.frozen().explain(ordered, self._known, deviates, since_s, self._said, news, self._from_s)
+        from_s = -math.inf if self._still.symptoms else self._from_s  # how it scattered before says that it is stuck
+        return self._twin.frozen().explain(ordered, self._known, deviates, since_s, self._said, news, from_s)
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
         """Where one fault, of whatever size, explains all since the release, learn the parameters from then on."""

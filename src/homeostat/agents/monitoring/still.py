@@ -75,9 +75,10 @@ class Still:
         """One for each instrument that stands still now."""
         return tuple(self._active.values())
 
-    def stands(self, tag: str) -> bool:
-        """Whether the instrument of ``tag`` stands still now."""
-        return tag in self._active
+    def stands(self, tag: str, stuck_s: float) -> bool:
+        """Whether the instrument of ``tag``, stuck at ``stuck_s`` [s], is so still, or moves too shortly to tell."""
+        seen = self._seen.get(tag)
+        return seen is not None and (tag in self._active or (seen.moves_s > stuck_s and seen.moved < seen.needed))
 
     def moves_since(self, tag: str, stuck_s: float) -> float | None:
         """Since when the instrument of ``tag`` moves again that was stuck at ``stuck_s`` [s].

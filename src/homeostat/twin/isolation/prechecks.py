@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from homeostat.domain.plant.description import ControlLoop, PlantDescription, Relation, Signal
+from homeostat.domain.plant.rules import QualityRule
 from homeostat.domain.plant.tag import Tag
 from homeostat.process.batch import Batch, ProcessError, simulate
 from homeostat.process.model import ProcessModel
@@ -120,9 +121,7 @@ def flat_lines(window: Window, description: PlantDescription) -> tuple[Finding, 
         if first == 0:
             found += _throughout(window, signal, description)
             continue
-        equal = (np.diff(values[:first]) == 0.0)[(moving[1:] & moving[:-1])[: max(first - 1, 0)]]
-        often = float(np.count_nonzero(equal)) + 1.0
-        share = (often + 2.0 * math.sqrt(often)) / (equal.size + 2.0)  # not by luck more than that
+        share = _share_equal(values[:first], moving[:first], description.qualities[signal.tag.name])
         if share > _COARSE or share ** (count - 1) > _CHANCE:
             continue
         limit = float(max(EQUAL, 1 + math.floor(math.log(_CHANCE) / math.log(share))))
@@ -133,6 +132,24 @@ def flat_lines(window: Window, description: PlantDescription) -> tuple[Finding, 
         since_s = window.at_s(float(rows[first]))
         found.append(Finding(signal.tag.name, What.FROZEN, since_s, float(count), limit, "readings", text))
     return tuple(found)
+
+
+def _share_equal(values: Vec, moving: Flags, rule: QualityRule) -> float:
+    """Share of neighbours in ``values``, shape (n,), that are equal, and not by luck more [1]; of ``moving`` ones only.
+
+    An instrument that was stuck before is no coarse one: where the tables say how long it may repeat itself, it counts
+    how often a change is followed by none, which a stretch that it was stuck for adds one to and no more.
+    """
+    equal, judged = np.diff(values) == 0.0, moving[1:] & moving[:-1]
+    share = _not_by_luck(equal[judged])
+    if rule.frozen_s is None or not rule.noise:
+        return share
+    return min(share, _not_by_luck(equal[1:][~equal[:-1] & judged[1:] & judged[:-1]]))
+
+
+def _not_by_luck(equal: Flags) -> float:
+    often = float(np.count_nonzero(equal)) + 1.0
+    return (often + 2.0 * math.sqrt(often)) / (equal.size + 2.0)
 
 
 def _throughout(window: Window, signal: Signal, description: PlantDescription) -> tuple[Finding, ...]:
