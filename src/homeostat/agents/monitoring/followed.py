@@ -95,12 +95,9 @@ class Followed:
         if at_s < self._ramps_until_s.get(told.actuator, -math.inf) + told.travel_s:
             told.since_s, told.disobeys = None, False
             return
-        within = (was for was_s, was in self._lately if was_s >= at_s - told.travel_s)
-        least = math.inf
-        for was in within:
-            value = told.expression.value({**values, **{tag: was[tag] for tag in told.commands}})
-            least = min(least, told.watch.excess(value)) if math.isfinite(value) else 0.0
-        if least < 1.0:
+        within = [was for was_s, was in self._lately if was_s >= at_s - told.travel_s]
+        where = [told.expression.value({**values, **{tag: was[tag] for tag in told.commands}}) for was in within]
+        if not all(map(math.isfinite, where)) or told.watch.least_excess(where) < 1.0:
             told.since_s, told.disobeys = None, False
             return
         told.since_s = at_s if told.since_s is None else told.since_s

@@ -18,6 +18,8 @@ MOVING = 8
 """So many readings that are others than the one before say that an instrument moves again."""
 AGAIN = 10
 """One that stands still again before it has moved for so many times as long is believed after twice as many."""
+LATER = 1.2
+"""Where readings do not show yet that one is stuck, it is asked again after so many times as long."""
 MOST = 5
 """How often that is doubled at most."""
 
@@ -30,8 +32,8 @@ class _Seen:
     taken_s: float = -math.inf
     repeated_s: float = 0.0
     """For how long readings were the same."""
-    asked_s: float = -math.inf
-    """When it was asked last whether it is stuck: one that is at rest may repeat itself."""
+    asked_s: float = 0.0
+    """After how long it was asked last whether it is stuck [s]: one that is at rest may repeat itself."""
     moved: int = 0
     """Readings that were others than the one before, since it repeated itself last."""
     moves_s: float = -math.inf
@@ -114,7 +116,7 @@ class Still:
             if seen.moved and seen.repeated_s >= longest_s / 2.0:
                 seen.before, seen.moved = seen.moved, 0
         else:
-            seen.repeated_s, seen.asked_s = 0.0, -math.inf
+            seen.repeated_s, seen.asked_s = 0.0, 0.0
             seen.moves_s = taken_s if seen.moved == 0 else seen.moves_s
             seen.moved += 1
             self._active.pop(tag, None)
@@ -126,12 +128,12 @@ class Still:
         asked = [
             tag
             for tag, seen in self._seen.items()
-            if tag not in self._active and seen.repeated_s >= longest_s[tag] and at_s >= seen.asked_s + longest_s[tag]
+            if tag not in self._active and seen.repeated_s >= max(longest_s[tag], LATER * seen.asked_s)
         ]
         found = self._stuck() if asked else {}
         for tag in asked:
             seen = self._seen[tag]
-            seen.asked_s = at_s
+            seen.asked_s = seen.repeated_s
             if tag in found:
                 seen.times = seen.times + 1 if seen.before < AGAIN * seen.needed else 1
                 passed_s = max(at_s - found[tag], longest_s[tag])

@@ -1,6 +1,7 @@
 """Symptoms: deviations of features from their reference that last."""
 
 import math
+from collections.abc import Iterable
 
 from homeostat.domain.diagnosis import Direction, Symptom, SymptomRule
 from homeostat.domain.plant.baseline import Baseline
@@ -61,6 +62,11 @@ class SymptomWatch:
             case Direction.BOTH:
                 signed = abs(deviation)
         return signed / self.threshold
+
+    def least_excess(self, values: Iterable[float]) -> float:
+        """The least that it is of anything between ``values`` [1]."""
+        every = tuple(values)
+        return self.excess(min(max(self._centre, min(every)), max(every)))
 
     def update(self, value: float, at_s: float) -> Symptom | None:
         """The confirmed symptom after one more value, or None."""
