@@ -156,6 +156,11 @@ class TrueProcess:
         readings = self._model.readings(self._state[0], inputs)
         return {tag: readings[v] for tag, v in self._variables.items()}
 
+    @property
+    def reached(self) -> tuple[Vec, Vec]:
+        """The true state, shape (states,), and the inputs, shape (inputs,), at :attr:`now_s`."""
+        return self._state[0, : len(self._model.states)].copy(), np.array(self._ramp.current)
+
     def inject(self, faults: tuple[FaultState, ...]) -> None:
         """Let ``faults`` act instead of those before, from their onsets on; raises as the constructor does."""
         moved = Moved(self._model, self._plant, faults)

@@ -46,6 +46,8 @@ class Course:
     """When the actions were commanded [s]; infinite where none were."""
     broke: str
     """Why it ended early; empty where it did not."""
+    end: tuple[Vec, Vec]
+    """True state, shape (states,), and inputs, shape (inputs,), at its end."""
 
     @property
     def started_s(self) -> float:
@@ -132,7 +134,7 @@ def run(plant: Plant, setting: Setting, act: Act = lambda seen: None) -> Course:
         broke = str(error)
     tick_s = plant.description.timing.tick_s
     truth = process.truth() if seen else Trajectory(tick_s, tick_s, {})
-    return Course(plant, tuple(seen), truth, tuple(recipe.sequencer.drain()), recipe.acted_s, broke)
+    return Course(plant, tuple(seen), truth, tuple(recipe.sequencer.drain()), recipe.acted_s, broke, process.reached)
 
 
 class _Recipe:

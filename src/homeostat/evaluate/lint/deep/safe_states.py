@@ -1,4 +1,4 @@
-"""Fallbacks: each reaches its safe state, violates nothing on a healthy plant, helps in time, and can be left again."""
+"""Fallbacks: each reaches its safe state, violates nothing on a healthy plant, and helps in time."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.course import Course, told_margin
+from homeostat.evaluate.lint.deep.way_back import ways_back
 from homeostat.evaluate.lint.finding import Finding, Severity, amount
 from homeostat.guard.fallback.effect import EffectWatch
 from homeostat.guard.watch.violations import Violation
@@ -61,7 +62,7 @@ def safe_states(bench: Bench) -> Iterator[Finding]:
     """What is wrong with the ways to the safe states."""
     for strategy, course in zip(fallbacks(bench.plant), after_fallbacks(bench), strict=True):
         yield from _healthy(bench, strategy, course)
-    yield from _restarts(bench)
+    yield from ways_back(bench, after_fallbacks(bench))
     yield from _helps(bench)
 
 
@@ -113,36 +114,6 @@ def _healthy(bench: Bench, strategy: FallbackStrategy, course: Course) -> Iterat
                 f"{float(course.truth.times_s[outside][0]) - course.acted_s:g} s after it"
             )
             yield Finding(Severity.ERROR, "fallbacks", place, what, "correct its commands, their order or their rates")
-
-
-def _restarts(bench: Bench) -> Iterator[Finding]:
-    """Out of a safe state somebody can decide to go on after some strategy that leads there."""
-    machine, tick_s = bench.plant.description.machine, bench.plant.description.timing.tick_s
-    ends: dict[str, list[Course]] = {}
-    for course in after_fallbacks(bench):
-        for name, _ in course.states[-1:]:
-            ends.setdefault(name, []).append(course)
-    for name, courses in ends.items():
-        onward = [t for t in machine.transitions if t.source == name and t.target != name and t.on_decision]
-        for transition in onward:
-            late = [{t: v[:, c.after(_rests_s(c))] for t, v in c.truth.signals.items()} for c in courses]
-            guard = transition.guard
-            margins = [guard.margins(signals, tick_s)[0] for signals in late]
-            nearest = max(range(len(late)), key=lambda number: float(np.max(margins[number])))
-            if float(np.max(margins[nearest])) < 0.0:
-                margin = told_margin(guard, late[nearest], margins[nearest], best=True)
-                what = (
-                    f"'{guard}' holds at no moment in {name!r} once the plant has come to rest after any "
-                    f"fallback that leads there, its margin is {margin} at best, so nobody can take {transition.name!r}"
-                )
-                place = bench.places.row("transitions", id=transition.name)
-                remedy = "correct the guard, or let a fallback lead to where it holds"
-                yield Finding(Severity.ERROR, "fallbacks", place, what, remedy)
-
-
-def _rests_s(course: Course) -> float:
-    """From when on the plant counts as at rest after a fallback: half of what is simulated of it is over [s]."""
-    return 0.5 * (course.acted_s + float(course.truth.times_s[-1]))
 
 
 def _helps(bench: Bench) -> Iterator[Finding]:
