@@ -14,6 +14,7 @@ from homeostat.domain.recovery import Step
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.contract import module_file
 from homeostat.evaluate.lint.deep.course import Course, told_margin
+from homeostat.evaluate.lint.deep.inverted import TURN, turned_at
 from homeostat.evaluate.lint.deep.settings import of_settings
 from homeostat.evaluate.lint.deep.symptoms import first_symptoms
 from homeostat.evaluate.lint.finding import Finding, Place, Severity
@@ -94,6 +95,9 @@ def _refused(bench: Bench, course: Course, step: Step, at_s: float) -> Finding |
                 )
                 place = bench.places.row("limits", id=found.criterion)
                 remedy = "correct the permissive, or what the state is by design (setpoints.csv)"
+                given = {c.tag: c.value for c in step.commands if c.value is not None}
+                if turned := turned_at(bench, found.criterion, snapshot.values, given):
+                    what, remedy = f"{what}, {turned}", f"{TURN}, or what the state is by design"
                 return Finding(Severity.ERROR, "fault-free", place, what, remedy)
     return None
 

@@ -17,6 +17,7 @@ from homeostat.evaluate.lint.deep.contract import of_model
 from homeostat.evaluate.lint.deep.course import Course
 from homeostat.evaluate.lint.deep.emptied import emptied
 from homeostat.evaluate.lint.deep.following import batch_of, moments
+from homeostat.evaluate.lint.deep.priced import unnoticed
 from homeostat.evaluate.lint.deep.symptoms import Shown, first_symptoms
 from homeostat.evaluate.lint.deep.thinking import too_little
 from homeostat.evaluate.lint.finding import Finding, Severity, amount
@@ -78,6 +79,7 @@ def faults(bench: Bench) -> Iterator[Finding | Outlook]:
     yield from _silent(bench, shown)
     yield from _dead_ends(bench)
     yield from emptied(bench)
+    yield from unnoticed(bench, shown)
 
 
 def _acts(bench: Bench, fault: FaultMode, course: Course) -> Finding | None:

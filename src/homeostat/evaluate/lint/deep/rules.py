@@ -14,6 +14,7 @@ from homeostat.domain.plant.state_machine import State
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.lint.deep.bench import Bench
+from homeostat.evaluate.lint.deep.inverted import TURN, inverted, turned_round
 from homeostat.evaluate.lint.finding import Finding, Severity
 from homeostat.knowledge.checks.consistency_rules import ranges_of
 from homeostat.knowledge.checks.intervals import can_fail, can_hold
@@ -30,6 +31,7 @@ def rules(bench: Bench) -> Iterator[Finding]:
     yield from uncommanded(bench)
     yield from refused_fallbacks(bench)
     yield from _by_design(bench)
+    yield from inverted(bench)
     yield from _admitted(bench)
 
 
@@ -131,8 +133,14 @@ def _by_design(bench: Bench) -> Iterator[Finding]:
                 f"{course.lasts_s(fails[during]):g} of {course.lasts_s(during):g} s of the fault-free plant "
                 f"in that state"
             )
-            place = bench.places.row("limits", id=limit.name)
-            yield Finding(Severity.ERROR, "rules", place, what, "correct the permissive, or what the state admits")
+            place, remedy = (
+                bench.places.row("limits", id=limit.name),
+                "correct the permissive, or what the state admits",
+            )
+            forbidden = {tag: values[:, during & fails] for tag, values in course.truth.signals.items()}
+            if turned := turned_round(d, limit, forbidden, course.truth.dt_s):
+                what, remedy = f"{what}, {turned}", f"{TURN}, or what the state admits"
+            yield Finding(Severity.ERROR, "rules", place, what, remedy)
             break
 
 
