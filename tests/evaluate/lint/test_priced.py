@@ -54,7 +54,9 @@ def test_one_that_a_fault_misses_without_a_sign_is_told_with_the_fault(tmp_path:
 def test_one_that_costs_nothing_is_not(tmp_path: Path) -> None:
     folder = tanks(tmp_path)
     change(folder, "engineering/criteria.csv", "abs(T2.err) <= 2", "T1 >= 15")
-    (folder / "engineering" / "prices.csv").write_text("kind,item,price,description\ncriterion,ACC-T2,0,Nobody minds\n", "utf-8")
+    (folder / "engineering" / "prices.csv").write_text(
+        "kind,item,price,description\ncriterion,ACC-T2,0,Nobody minds\n", "utf-8"
+    )
     assert list(unnoticed(Bench(folder), {})) == []
 
 

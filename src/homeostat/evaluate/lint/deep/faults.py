@@ -13,6 +13,7 @@ from homeostat.domain.diagnosis import FaultMode, SymptomRule
 from homeostat.domain.plant.description import Relation
 from homeostat.domain.plant.tag import Role
 from homeostat.evaluate.lint.deep.bench import Bench
+from homeostat.evaluate.lint.deep.beyond import beyond
 from homeostat.evaluate.lint.deep.contract import of_model
 from homeostat.evaluate.lint.deep.course import Course
 from homeostat.evaluate.lint.deep.emptied import emptied
@@ -79,6 +80,7 @@ def faults(bench: Bench) -> Iterator[Finding | Outlook]:
     yield from _silent(bench, shown)
     yield from _dead_ends(bench)
     yield from emptied(bench)
+    yield from beyond(bench)
     yield from unnoticed(bench, shown)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.process.batch import Batch, BatchRun
-from homeostat.process.types import Vec
+from homeostat.process.types import Cube, Vec
 
 MOMENTS: Final = 4000
 """Most moments of such a course that are kept."""
@@ -25,6 +25,8 @@ class Begun:
     """True state, shape (states,)."""
     inputs: Vec
     """Inputs, shape (inputs,); NaN for automatic."""
+    at_s: float
+    """Process time then [s]; the same for all that go on together."""
     fault: str = ""
     """What is wrong, by an equation of the model; empty for nothing."""
     severity: float = 0.0
@@ -35,15 +37,28 @@ class Begun:
 
 def onward(bench: Bench, every: Sequence[Begun], for_s: float) -> list[Trajectory]:
     """The true signals of each for ``for_s`` [s], without noise; NaN once it has left the physical world."""
+    record, dt_s = states_of(bench, every, for_s)
+    inputs = np.array([each.inputs for each in every])
+    along = np.broadcast_to(inputs[:, None], (*record.shape[:2], inputs.shape[1]))
+    truth, variables = bench.plant.model.truth(record, along), bench.plant.description.variables
+    named = {tag: truth[variable] for tag, variable in variables.items()}
+    named |= {name: values for name, values in truth.items() if name not in named}
+    members = range(len(every))
+    return [Trajectory(dt_s, dt_s, {name: values[row : row + 1] for name, values in named.items()}) for row in members]
+
+
+def states_of(bench: Bench, every: Sequence[Begun], for_s: float) -> tuple[Cube, float]:
+    """The true states of each, shape (members, times, states), and the time between two [s]; as :func:`onward`."""
     model, timing = bench.plant.model, bench.plant.description.timing
     steps = max(int(for_s / timing.tick_s), 1)
-    stride, inputs = -(-steps // MOMENTS), np.array([each.inputs for each in every])
-    severity, members = np.zeros((len(every), len(model.faults))), len(every)
+    stride, members = -(-steps // MOMENTS), len(every)
+    severity = np.zeros((members, len(model.faults)))
     onset_s = np.full_like(severity, np.inf)
     for row, each in enumerate(every):
         if each.fault:
             column = model.faults.index(each.fault)
             severity[row, column], onset_s[row, column] = each.severity, each.onset_s
+    inputs = np.array([each.inputs for each in every])
     batch = Batch(
         state=np.array([each.state for each in every]),
         parameters=np.tile(bench.nominal, (members, 1)),
@@ -51,7 +66,7 @@ def onward(bench: Bench, every: Sequence[Begun], for_s: float) -> list[Trajector
         onset_s=onset_s,
         inputs=np.repeat(inputs[:, None], steps, axis=1),
         input_of=np.arange(members),
-        start_s=bench.plant.end_s,
+        start_s=every[0].at_s,
         steps=steps,
         stride=stride,
         record=tuple(range(len(model.states))),
@@ -61,9 +76,4 @@ def onward(bench: Bench, every: Sequence[Begun], for_s: float) -> list[Trajector
     )
     run = BatchRun(model.kernel, batch, refuse=False)
     run.advance(steps)
-    shape = (*run.record.shape[:2], inputs.shape[1])
-    truth = model.truth(run.record, np.broadcast_to(inputs[:, None], shape))
-    named = {tag: truth[variable] for tag, variable in bench.plant.description.variables.items()}
-    named |= {name: values for name, values in truth.items() if name not in named}
-    dt_s = stride * timing.tick_s
-    return [Trajectory(dt_s, dt_s, {name: v[row : row + 1] for name, v in named.items()}) for row in range(members)]
+    return run.record, stride * timing.tick_s

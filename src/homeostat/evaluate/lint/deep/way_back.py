@@ -96,7 +96,7 @@ def _moved(bench: Bench, after: _After, course: Course) -> list[Trajectory]:
         for tag, value in moves:
             if variables[tag] in names:
                 moved[names.index(variables[tag])] = value
-        begun.append(Begun(state, moved))
+        begun.append(Begun(state, moved, float(course.truth.times_s[-1])))
     return onward(bench, begun, float(course.truth.times_s[-1]) - course.acted_s)
 
 
