@@ -12,6 +12,7 @@ import numpy as np
 from homeostat.domain.diagnosis import FaultMode, SymptomRule
 from homeostat.domain.plant.description import Relation
 from homeostat.domain.plant.tag import Role
+from homeostat.evaluate.lint.deep.alone import alone
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.beyond import beyond
 from homeostat.evaluate.lint.deep.contract import of_model
@@ -80,6 +81,7 @@ def faults(bench: Bench) -> Iterator[Finding | Outlook]:
     yield from _silent(bench, shown)
     yield from _dead_ends(bench)
     yield from emptied(bench)
+    yield from alone(bench)
     yield from beyond(bench)
     yield from unnoticed(bench, shown)
 
