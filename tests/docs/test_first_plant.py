@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from homeostat.plants.plant import load_plant
 from tests.docs.blocks import REPO, blocks
+from tests.evaluate.two_tanks import tanks
 
 GUIDE = (REPO / "docs" / "tutorials" / "your-first-plant.md").read_text("utf-8")
 EXAMPLE = REPO / "examples" / "two_tanks"
@@ -21,6 +23,15 @@ MOST_LINES_OF_MODEL = 25
 def test_the_guide_shows_the_file_as_it_is(path: Path) -> None:
     assert path.read_text("utf-8") in {block.body for block in blocks(GUIDE)}
     assert f"`{path.relative_to(EXAMPLE).as_posix()}`:" in GUIDE
+
+
+def test_the_table_of_totals_is_one_that_the_plant_takes(tmp_path: Path) -> None:
+    (shown,) = (block.body for block in blocks(GUIDE) if block.language == "toml" and "totals" in block.body)
+    folder = tanks(tmp_path)
+    settings = (folder / "case.toml").read_text("utf-8")
+    stated, separator, rest = settings.partition("[objective]\n")
+    (folder / "case.toml").write_text(f"{stated}{shown}\n{rest[rest.index('[twin]') :]}", "utf-8")
+    assert separator and load_plant(str(folder), learned=False, kept=False).totals == {"product_L": "product"}
 
 
 def test_the_plant_is_short() -> None:

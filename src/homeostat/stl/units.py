@@ -50,6 +50,11 @@ _PRODUCT = "*"
 """Stands for the unit of a product or quotient of tags, which is never worked out: it counts as mixed."""
 
 
+def in_unit(unit: str) -> str:
+    """What a message appends to a number in ``unit``: a space and the unit, and nothing to a share, whose unit is 1."""
+    return "" if unit in ("", "1") else f" {unit}"
+
+
 def with_scales(root: Logic, tags: Mapping[str, Signal]) -> tuple[Logic, str]:
     """The tree with every comparison scaled as its units demand, and the unit of its margin.
 

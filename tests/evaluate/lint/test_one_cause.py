@@ -164,3 +164,20 @@ def test_a_loop_that_acts_the_wrong_way_is_told_with_its_line(tmp_path: Path) ->
 
 def test_no_loop_of_the_example_acts_the_wrong_way() -> None:
     assert [*actions(Bench(TANKS))] == []
+
+
+def test_a_fault_of_an_equation_without_a_row_is_told_with_its_line_and_no_unit(tmp_path: Path) -> None:
+    folder = tanks(tmp_path)
+    text = (folder / "process.py").read_text("utf-8")
+    (folder / "process.py").write_text(f'{text}b2.heat(-tanks.fault("B2_cooled"))\n', "utf-8")
+    (only,) = [each for each in fits(folder) if each.counts]
+    assert str(only.where) == f"process.py row {text.count(chr(10)) + 1} (B2_cooled)"
+    assert "faults.csv has no row of it: it is never there" in only.what and "severity_unit" in only.remedy
+
+
+def test_a_heat_capacity_per_mass_is_told_with_the_unit_that_fits_and_few_symbols(tmp_path: Path) -> None:
+    folder = tanks(tmp_path)
+    change(folder, "engineering/parameters.csv", "kJ/(L K)", "kJ/(kg K)")
+    (only,) = [each for each in fits(folder) if each.counts]
+    assert only.where.key == "cp" and "unit 'kJ/(kg K)' does not fit, 'kJ/(L K)' would" in only.what
+    assert only.what.partition("are added")[0].count(",") < 9

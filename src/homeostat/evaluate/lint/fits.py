@@ -32,11 +32,15 @@ from homeostat.plants.plant import load_plant
 from homeostat.plants.settings.check import refuse_misfit
 from homeostat.plants.settings.defaults import completed
 from homeostat.plants.settings.file import read_settings
+from homeostat.process.blocks.agreement import is_standard
+from homeostat.process.blocks.composed import ComposedModel
 from homeostat.process.blocks.wrong_unit import Cell, WrongUnit
 from homeostat.process.model import ProcessModel
 
 PARAMETERS: Final = f"{FOLDER}/parameters.csv"
 """Where units of equations are stated."""
+FAULTS: Final = f"{FOLDER}/faults.csv"
+"""Where faults of equations are stated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +76,7 @@ def fits(folder: Path) -> Iterator[Finding]:
     fitted = _Fitted(files, places, described, model, module_of(files, settings.model))
     wrong = first_causes(inconsistencies(described, interface(model, settings.twin.settings.horizon_s)))
     yield from _disagreeing(fitted, wrong)
+    yield from _never_there(fitted)
     gains = [*opposed_gains(described, places)]
     yield from gains
     try:
@@ -102,6 +107,20 @@ def _disagreeing(fitted: _Fitted, wrong: Sequence[Mistake]) -> Iterator[Finding]
     for each in wrong:
         if each.code not in symbols and not any(name in each.thing for name in names):
             yield _remedied(fitted, of_mistake("consistency", GraphError(*each), fitted.places), each)
+
+
+def _never_there(fitted: _Fitted) -> Iterator[Finding]:
+    """Faults of equations, other than those that come with equipment, that no table has a row of."""
+    if not isinstance(fitted.model, ComposedModel):
+        return
+    known = {fault.name for fault in fitted.described.faults}
+    for name in fitted.model.flowsheet.faults:
+        if name in known or is_standard(fitted.model.flowsheet, name):
+            continue
+        what = f"{name!r} is a fault of an equation, and {FAULTS} has no row of it: it is never there"
+        place = written(fitted.files, [name]) or Place(FAULTS, None, name)
+        remedy = "add its row (id, component, severity_unit, nominal, low, high), or take it out of the equation"
+        yield Finding(Severity.WARNING, "consistency", place, what, remedy)
 
 
 def _of_unit(fitted: _Fitted, wrong: WrongUnit) -> Finding:

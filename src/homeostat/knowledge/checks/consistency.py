@@ -13,6 +13,7 @@ from homeostat.knowledge.checks import (
 )
 from homeostat.knowledge.store.error import Code, Found, Mistake, refuse
 from homeostat.stl.spelling import near_matches
+from homeostat.stl.units import in_unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +147,7 @@ def _faults(plant: PlantDescription, model: ModelInterface) -> Found:
         if fault.name not in indicated:
             yield Code.FAULT_WITHOUT_SYMPTOM, thing, "no symptom indicates it, so it cannot be diagnosed"
         if not fault.severity_range.contains(fault.severity_nominal):
-            allowed = f"[{fault.severity_range.low:g}, {fault.severity_range.high:g}] {fault.severity_unit}"
+            allowed = f"[{fault.severity_range.low:g}, {fault.severity_range.high:g}]{in_unit(fault.severity_unit)}"
             message = f"nominal severity {fault.severity_nominal:g} is outside {allowed}"
             yield Code.SEVERITY_OUTSIDE_RANGE, thing, message
     for name in sorted(model.faults - stated):

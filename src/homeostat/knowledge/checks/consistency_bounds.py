@@ -19,6 +19,7 @@ from homeostat.knowledge.store.error import Code, Found
 from homeostat.stl.formula import Formula
 from homeostat.stl.text import render
 from homeostat.stl.tree import Not
+from homeostat.stl.units import in_unit
 
 WORST_TICKS: Final = 0.5
 """The worst violation that instruments can show trips in half a tick, and a tenth of it in 5 ticks."""
@@ -127,9 +128,11 @@ def commands(plant: PlantDescription) -> Found:
         values = sorted(_commanded(plant, name))
         gaps = [(b - a, a, b) for a, b in pairwise(values) if b - a > _SAME * tag.range.span]
         if gaps and rule.tolerance >= (least := min(gaps))[0] / 2.0:
-            told = f"{least[1]:g} and {least[2]:g} {tag.unit} are both commanded"
-            message = f"writables.csv, tolerance {rule.tolerance:g} {tag.unit} is not less than {least[0] / 2.0:g}"
-            yield Code.BAD_NUMBER, thing, f"{message} {tag.unit}: {told}, and must be told apart; lower it"
+            told = f"{least[1]:g} and {least[2]:g}{in_unit(tag.unit)} are both commanded"
+            message = (
+                f"writables.csv, tolerance {rule.tolerance:g}{in_unit(tag.unit)} is not less than {least[0] / 2.0:g}"
+            )
+            yield Code.BAD_NUMBER, thing, f"{message}{in_unit(tag.unit)}: {told}, and must be told apart; lower it"
 
 
 def symptoms(plant: PlantDescription) -> Found:
@@ -158,8 +161,14 @@ def _slowest(plant: PlantDescription, formula: Formula, ranges: Intervals) -> tu
     worst, scale, unit = deepest(formula, ranges), _scale(plant, formula), formula.unit
     scale_s, worst_s = SCALE_TICKS * plant.timing.tick_s, WORST_TICKS * plant.timing.tick_s
     if scale_s * scale < worst_s * worst:
-        return scale_s * scale, f"at which a violation by {scale:g} {unit}, the scale of its tags, lasts {scale_s:g} s"
-    return worst_s * worst, f"at which the worst violation that can be shown, {worst:g} {unit}, lasts {worst_s:g} s"
+        return (
+            scale_s * scale,
+            f"at which a violation by {scale:g}{in_unit(unit)}, the scale of its tags, lasts {scale_s:g} s",
+        )
+    return (
+        worst_s * worst,
+        f"at which the worst violation that can be shown, {worst:g}{in_unit(unit)}, lasts {worst_s:g} s",
+    )
 
 
 def _resting(plant: PlantDescription, formula: Formula, ranges: Intervals) -> tuple[float, str]:
@@ -203,7 +212,7 @@ def _commanded(plant: PlantDescription, name: str) -> set[float]:
 
 
 def _too_much(thing: str, column: str, value: float, most: float, unit: str, why: str) -> tuple[Code, str, str]:
-    message = f"{column} {value:g} {unit} is more than {most:g} {unit}, {why}; lower it"
+    message = f"{column} {value:g}{in_unit(unit)} is more than {most:g}{in_unit(unit)}, {why}; lower it"
     return Code.BAD_NUMBER, thing, message
 
 
@@ -215,6 +224,6 @@ def _speed(thing: str, column: str, value: float, tag: Tag, timing: Timing) -> F
 
 def _within(thing: str, column: str, value: float, allowed: tuple[float, float], tag: Tag, unit: str) -> Found:
     if not allowed[0] * (1.0 - _DIGITS) <= value <= allowed[1] * (1.0 + _DIGITS):
-        message = f"{column} {value:g} {unit} is outside {allowed[0]:g} to {allowed[1]:g} {unit}"
-        about = f"what the range of {tag.name!r}, {tag.range.low:g} to {tag.range.high:g} {tag.unit}, allows"
+        message = f"{column} {value:g}{in_unit(unit)} is outside {allowed[0]:g} to {allowed[1]:g}{in_unit(unit)}"
+        about = f"what the range of {tag.name!r}, {tag.range.low:g} to {tag.range.high:g}{in_unit(tag.unit)}, allows"
         yield Code.BAD_NUMBER, thing, f"{message}, {about}; correct the cell"

@@ -9,6 +9,7 @@ from homeostat.knowledge.checks.consistency_rules import ranges_of
 from homeostat.knowledge.checks.intervals import can_hold
 from homeostat.knowledge.store.error import Code, Found
 from homeostat.stl.spelling import near_matches
+from homeostat.stl.units import in_unit
 
 
 def setpoints(plant: PlantDescription) -> Found:
@@ -19,7 +20,7 @@ def setpoints(plant: PlantDescription) -> Found:
             tag = plant.tag(setpoint.tag)
             if reason := _not_commandable(plant, setpoint.tag):
                 yield Code.NOT_COMMANDABLE, thing, f"tag {tag.name!r} cannot be commanded: {reason}"
-            allowed = f"[{tag.range.low:g}, {tag.range.high:g}] {tag.unit}"
+            allowed = f"[{tag.range.low:g}, {tag.range.high:g}]{in_unit(tag.unit)}"
             for value in (setpoint.low, setpoint.high):
                 if not tag.range.contains(value):
                     message = f"admits {tag.name!r} = {value:g}, outside its range {allowed}"
@@ -28,7 +29,7 @@ def setpoints(plant: PlantDescription) -> Found:
             for value in given:
                 yield from _between(tag, value, Code.SETPOINT_OUTSIDE_RANGE, thing)
             if setpoint.design is not None and not setpoint.low <= setpoint.design <= setpoint.high:
-                admitted = f"[{setpoint.low:g}, {setpoint.high:g}] {tag.unit}"
+                admitted = f"[{setpoint.low:g}, {setpoint.high:g}]{in_unit(tag.unit)}"
                 message = f"design value {setpoint.design:g} of {tag.name!r} is outside {admitted}"
                 yield Code.SETPOINT_OUTSIDE_RANGE, thing, message
 
@@ -44,7 +45,7 @@ def fallbacks(plant: PlantDescription) -> Found:
             if reason := _not_commandable(plant, command.tag):
                 yield Code.FALLBACK_TAG_NOT_COMMANDABLE, thing, f"tag {command.tag!r} cannot be commanded: {reason}"
             if command.value is not None and not tag.range.contains(command.value):
-                allowed = f"[{tag.range.low:g}, {tag.range.high:g}] {tag.unit}"
+                allowed = f"[{tag.range.low:g}, {tag.range.high:g}]{in_unit(tag.unit)}"
                 message = f"commands {tag.name!r} = {command.value:g}, outside its range {allowed}"
                 yield Code.FALLBACK_OUTSIDE_RANGE, thing, message
             if command.value is not None:
@@ -97,7 +98,7 @@ def admitted(plant: PlantDescription) -> Found:
                 message = f"commands {command.tag!r}, but state {target.name!r} has no setpoint row for it; add one"
                 yield Code.FALLBACK_NOT_ADMITTED, thing, message
             elif command.value is not None and not found.low <= command.value <= found.high:
-                allowed = f"[{found.low:g}, {found.high:g}] {plant.tag(command.tag).unit}"
+                allowed = f"[{found.low:g}, {found.high:g}]{in_unit(plant.tag(command.tag).unit)}"
                 message = f"commands {command.tag!r} = {command.value:g}, but state {target.name!r} admits {allowed}"
                 yield Code.FALLBACK_NOT_ADMITTED, thing, message
 
@@ -109,10 +110,12 @@ def writables(plant: PlantDescription) -> Found:
         if reason := _not_commandable(plant, name):
             yield Code.NOT_COMMANDABLE, thing, f"cannot be commanded: {reason}"
         if tag.two_position and not _leads_across(tag):
-            message = f"increment {tag.increment:g} {tag.unit} does not lead from one end of its range to the other"
+            message = (
+                f"increment {tag.increment:g}{in_unit(tag.unit)} does not lead from one end of its range to the other"
+            )
             yield Code.BAD_NUMBER, thing, f"{message}; both must be multiples of it"
         if tag.increment is not None and rule.tolerance >= tag.increment:
-            message = f"tolerance {rule.tolerance:g} must be below its increment {tag.increment:g} {tag.unit}"
+            message = f"tolerance {rule.tolerance:g} must be below its increment {tag.increment:g}{in_unit(tag.unit)}"
             yield Code.BAD_NUMBER, thing, message
         if rule.fastest is not None and (tag.rate_limit is None or rule.fastest < tag.rate_limit):
             slow = "none, so that it may step" if tag.rate_limit is None else f"{tag.rate_limit:g} {tag.unit}/s"

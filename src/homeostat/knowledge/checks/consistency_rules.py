@@ -11,6 +11,7 @@ from homeostat.knowledge.store.error import Code, Found
 from homeostat.stl.formula import Formula
 from homeostat.stl.text import render
 from homeostat.stl.tree import Always, Comparison, Eventually, Node, Not, Until, children, tags_of, walk
+from homeostat.stl.units import in_unit
 
 ROOM: Final = 0.05
 """Share of what a comparison can vary by that lies beyond it: nearer to its end no instrument shows a violation [1]."""
@@ -74,7 +75,7 @@ def judged(plant: PlantDescription, thing: str, formula: Formula, ranges: Interv
     for bound in bounds(formula.root):
         tag = plant.tag(bound.tag)
         if not tag.range.contains(bound.value):
-            allowed = f"[{tag.range.low:g}, {tag.range.high:g}] {tag.unit}"
+            allowed = f"[{tag.range.low:g}, {tag.range.high:g}]{in_unit(tag.unit)}"
             message = f"compares {tag.name!r} with {bound.value:g}, outside its range {allowed}"
             yield Code.LIMIT_OUTSIDE_RANGE, thing, f"{message}; correct the value, or that range"
 
@@ -96,8 +97,12 @@ def violable(plant: PlantDescription, thing: str, formula: Formula) -> Found:
     sizes = [(ends(node, holds, ranges), node.scale) for node, holds in comparisons(formula.root)]
     least = min((ROOM * (high - low) / scale for (low, high), scale in sizes), default=0.0)
     if (found := deepest(formula, ranges)) < least:
-        shown = f"no values inside the ranges of its tags violate '{formula}' by more than {found:g} {formula.unit}"
-        message = f"{shown}, and {least:g} {formula.unit} are needed ({ROOM:.0%} of what it compares); correct it"
+        shown = (
+            f"no values inside the ranges of its tags violate '{formula}' by more than {found:g}{in_unit(formula.unit)}"
+        )
+        message = (
+            f"{shown}, and {least:g}{in_unit(formula.unit)} are needed ({ROOM:.0%} of what it compares); correct it"
+        )
         yield Code.LIMIT_NEVER_VIOLATED, thing, message
 
 
@@ -111,8 +116,10 @@ def roomy(plant: PlantDescription, thing: str, formula: Formula) -> Found:
             yield Code.BAD_FORMULA, thing, message
         elif -low < ROOM * (high - low) or high == low:
             unit = _unit(plant, comparison, formula)
-            message = f"'{text}' can be violated by at most {max(-low, 0.0):g} {unit} inside the ranges of its tags"
-            needed = f"less than {ROOM:.0%} of the {high - low:g} {unit} that it can vary by"
+            message = (
+                f"'{text}' can be violated by at most {max(-low, 0.0):g}{in_unit(unit)} inside the ranges of its tags"
+            )
+            needed = f"less than {ROOM:.0%} of the {high - low:g}{in_unit(unit)} that it can vary by"
             yield Code.LIMIT_NEVER_VIOLATED, thing, f"{message}, {needed}, so it protects nothing; correct the value"
 
 

@@ -20,6 +20,7 @@ from homeostat.knowledge.checks.intervals import Interval, span
 from homeostat.knowledge.store.error import Code, GraphError
 from homeostat.plants.files.folder import BASELINES
 from homeostat.stl.spelling import near_matches
+from homeostat.stl.units import in_unit
 
 _LEARNED_FROM: Final = re.compile(r"# learned from ([0-9a-f]{64})")
 _COLUMNS: Final = tuple(field.name for field in fields(Baseline))
@@ -116,26 +117,26 @@ def _interval(feature: Feature, plant: PlantDescription) -> Interval:
 def _refuse_absurd(found: Baseline, feature: Feature, interval: Interval) -> None:
     """GraphError for values that no samples can have: they would make monitoring blind, or cry at everything."""
     slack = _SLACK * (interval[1] - interval[0])
-    low, high = interval[0] - slack, interval[1] + slack
+    low, high, unit = interval[0] - slack, interval[1] + slack, in_unit(feature.unit)
     for name in ("mean", *_PERCENTILES):
         value = getattr(found, name)
         if value < low or value > high:
-            message = f"{name} = {value:.6g} {feature.unit} is outside {low:.6g} to {high:.6g} {feature.unit}"
+            message = f"{name} = {value:.6g}{unit} is outside {low:.6g} to {high:.6g}{unit}"
             raise _bad(found.feature, f"{message}, which the ranges of its tags allow")
     # 98 % of the samples are between p01 and p99, and none is farther away than the tags allow.
     sd = math.hypot(found.within_sd, found.between_sd)
     most = math.hypot((found.p99 - found.p01) / 2.0, math.sqrt(0.02) * (high - low))
     if sd > most:
-        message = f"has deviations of together {sd:.6g} {feature.unit}; the ranges of its tags allow at most {most:.6g}"
-        raise _bad(found.feature, f"{message} {feature.unit}")
+        message = f"has deviations of together {sd:.6g}{unit}; the ranges of its tags allow at most {most:.6g}{unit}"
+        raise _bad(found.feature, message)
     # One-sided Chebyshev: how far a percentile of any distribution can be from its mean.
     rounding = 1e-5 * max(abs(found.mean), sd, *(abs(getattr(found, name)) for name in _PERCENTILES))
     for name, share in _PERCENTILES.items():
         below, above = sd * math.sqrt((1.0 - share) / share), sd * math.sqrt(share / (1.0 - share))
         value = getattr(found, name)
         if not found.mean - below - rounding <= value <= found.mean + above + rounding:
-            message = f"{name} = {value:.6g} {feature.unit} cannot be with mean {found.mean:.6g} and deviation {sd:.6g}"
-            raise _bad(found.feature, f"{message} {feature.unit}")
+            message = f"{name} = {value:.6g}{unit} cannot be with mean {found.mean:.6g} and deviation {sd:.6g}{unit}"
+            raise _bad(found.feature, message)
 
 
 def digest_of(sources: Mapping[str, object]) -> str:

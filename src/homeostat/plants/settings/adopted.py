@@ -6,6 +6,7 @@ from dataclasses import replace
 from homeostat.domain.diagnosis import EffectKind, FaultMode
 from homeostat.knowledge.store.error import Code, Mistake, refuse
 from homeostat.stl.spelling import near_matches
+from homeostat.stl.units import in_unit
 
 
 def with_effects(faults: Sequence[FaultMode], generated: Iterable[FaultMode]) -> tuple[FaultMode, ...]:
@@ -40,7 +41,7 @@ def _mistake(fault: FaultMode, modes: dict[str, FaultMode]) -> Mistake | None:
     if not (allowed.contains(own.low) and allowed.contains(own.high)):
         message = (
             f"low and high are {own.low:g} and {own.high:g}; what {mode.name!r} can be is {allowed.low:g} to "
-            f"{allowed.high:g} {mode.severity_unit}; stay inside that"
+            f"{allowed.high:g}{in_unit(mode.severity_unit)}; stay inside that"
         )
         return Mistake(Code.SEVERITY_OUTSIDE_RANGE, thing, message)
     return None

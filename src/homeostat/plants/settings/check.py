@@ -13,6 +13,7 @@ from homeostat.plants.settings.settings import Settings
 from homeostat.process.blocks.composed import ComposedModel
 from homeostat.process.model import ProcessModel
 from homeostat.stl.spelling import near_matches
+from homeostat.stl.units import in_unit
 
 MOST_NAMES = 12
 """Names of states that a message lists."""
@@ -84,8 +85,8 @@ class _Check:
         """PlantError where ``value`` is outside ``allowed``."""
         if not allowed.contains(value):
             raise PlantError(
-                f"{self.where}: {place}: {value:.6g} {unit} is outside {allowed.low:.6g} to "
-                f"{allowed.high:.6g} {unit}, what its tag can be"
+                f"{self.where}: {place}: {value:.6g}{in_unit(unit)} is outside {allowed.low:.6g} to "
+                f"{allowed.high:.6g}{in_unit(unit)}, what its tag can be"
             )
 
     def throughput(self, settings: Settings) -> None:
@@ -124,10 +125,9 @@ class _Check:
         for name, (noise, error) in twin.errors.items():
             tag, most = measured[name], measured[name].range.span / 4.0
             if not (most * 1e-6 <= noise <= most and error <= most):
-                allowed = f"{most * 1e-6:.6g} to {most:.6g} {tag.unit}, a quarter of the tag's range"
-                message = (
-                    f"noise {noise:.6g} {tag.unit} must be from {allowed}, and model error {error:.6g} at most that"
-                )
+                allowed = f"{most * 1e-6:.6g} to {most:.6g}{in_unit(tag.unit)}, a quarter of the tag's range"
+                size = f"{noise:.6g}{in_unit(tag.unit)}"
+                message = f"noise {size} must be from {allowed}, and model error {error:.6g} at most that"
                 raise PlantError(f"{self.where}: twin, errors, {name}: {message}")
 
     def times(self, settings: Settings) -> None:

@@ -20,6 +20,8 @@ MODEL_SHARE: Final = 0.5
 """The model is wrong by this share of an instrument's noise at least [1]."""
 ROOM: Final = 0.2
 """Share of a figure's window that is left free beyond what must be seen [1]."""
+WIDE: Final = 0.25
+"""Share of an instrument's range that is shown on each side of what a criterion compares it with [1]."""
 
 
 def completed(name: str, settings: Settings, plant: PlantDescription) -> Settings:
@@ -31,7 +33,8 @@ def completed(name: str, settings: Settings, plant: PlantDescription) -> Setting
     run = run.model_copy(update={"started_by": run.started_by or _started_by(where, plant)})
     way = next((t for t in plant.machine.transitions if t.name == run.started_by), None)
     first = None if way is None else plant.machine.state(way.target)
-    answers = _Answers(where, settings.objective.throughput, plant, first)
+    lasts = way is not None and bool(way.guard.tags)  # else the initial state is left at once, as before a batch
+    answers = _Answers(where, settings.objective.throughput, plant, first, plant.machine.initial if lasts else None)
     rate = settings.objective.design_rate or answers.design_rate()
     priced = settings.objective.priced or answers.priced()
     errors = answers.errors(twin)
@@ -77,9 +80,16 @@ class _Answers:
     first: State | None
     """The first state after start-up; None where the settings name a transition that is not there."""
 
+    begins: State | None
+    """The state in which it starts up; None where that is left at once."""
+
     def start(self) -> dict[str, float]:
-        """The design values of the first state after start-up; what has none is on automatic."""
-        return {} if self.first is None else {r.tag: r.design for r in self.first.setpoints if r.design is not None}
+        """The design values of start-up, and of the first state after it what start-up says nothing of.
+
+        What has none is on automatic.
+        """
+        later, now = ({} if s is None else {r.tag: r.design for r in s.setpoints} for s in (self.first, self.begins))
+        return {tag: value for tag, value in (later | now).items() if value is not None}
 
     def design_rate(self) -> float:
         """Where the loop of the throughput holds it by design."""
@@ -110,8 +120,9 @@ class _Answers:
         return [name for name in dict.fromkeys(held or measured) if name in errors] or list(errors)
 
     def figure(self) -> list[FigureTable]:
-        """A panel for every loop, and one for where the actuators stand."""
+        """A panel for every loop, for what else a criterion compares, and one for where the actuators stand."""
         panels = [self._panel(loop) for loop in self.plant.loops]
+        panels += self._compared_by_criteria({tag for panel in panels for tag in panel.tags})
         shown = [tag for tag in map(self.plant.tag, self._outputs()) if tag.unit == "1"][:40]
         if shown:
             low, high = min(t.range.low for t in shown), max(t.range.high for t in shown)
@@ -153,6 +164,22 @@ class _Answers:
             window = [held.range.low, held.range.high]
         title = loop.label or held.name
         return FigureTable(title=title[:200], tags=[held.name, loop.setpoint], limits=limits, window=window)
+
+    def _compared_by_criteria(self, shown: set[str]) -> Iterator[FigureTable]:
+        """A panel for each measured tag that a criterion compares with a number and that is not ``shown``."""
+        standing = set(self.plant.positions.values())
+        measured = {s.tag.name: s.tag for s in self.plant.signals if s.relation is Relation.MEASURES}
+        for criterion in self.plant.limits.criteria:
+            for name in dict.fromkeys(bound.tag for bound in bounds(criterion.formula.root)):
+                if name not in measured or name in shown | standing:
+                    continue
+                shown = shown | {name}
+                tag, seen = measured[name], _compared(criterion.formula, name)
+                room = WIDE * tag.range.span
+                window = [max(min(seen) - room, tag.range.low), min(max(seen) + room, tag.range.high)]
+                if not window[0] < window[1]:
+                    window = [tag.range.low, tag.range.high]
+                yield FigureTable(title=criterion.description[:200], tags=[name], window=window)
 
     def _outputs(self) -> Iterator[str]:
         """Of every actuator its position, or else its command."""

@@ -8,6 +8,7 @@ from homeostat.domain.plant.tag import Range
 from homeostat.plants.error import PlantError
 from homeostat.record.figure.panel import LinePanel, Panel, StripPanel
 from homeostat.stl.spelling import near_matches
+from homeostat.stl.units import in_unit
 
 
 def read_panel(table: dict[str, Any], plant: PlantDescription) -> Panel:
@@ -43,8 +44,8 @@ def read_panel(table: dict[str, Any], plant: PlantDescription) -> Panel:
     whole = Range(min(t.range.low for t in tags), max(t.range.high for t in tags))
     if not (low >= whole.low - whole.span and high <= whole.high + whole.span and high - low >= whole.span / 1000.0):
         raise PlantError(
-            f"figure {title!r} has the window {low:g} to {high:g} {unit}, in which its tags, {whole.low:g} to "
-            f"{whole.high:g} {unit}, cannot be seen"
+            f"figure {title!r} has the window {low:g} to {high:g}{in_unit(unit)}, in which its tags, {whole.low:g} to "
+            f"{whole.high:g}{in_unit(unit)}, cannot be seen"
         )
     return LinePanel(title, unit, names, limits, guards, (low, high))
 

@@ -8,11 +8,11 @@ from typing import Final
 
 from homeostat.process.blocks.flowsheet import Flowsheet
 from homeostat.process.blocks.parts import Delay, Network, fault, held
-from homeostat.process.blocks.term import TICK, Leaf, Term, leaves, where
+from homeostat.process.blocks.term import TICK, Leaf, Term, leaves, nearest, where
 from homeostat.process.blocks.units import NONE, NoUnitError, Unit, UnitError, of_term, read
 
-_SHOWN: Final = 8
-"""Most units that a message shows."""
+_SHOWN: Final = 4
+"""Most units that a message shows: of the symbols that are nearest to what does not agree."""
 _SHOWS: Final = " measures"
 """In what is said of a sensor."""
 
@@ -68,14 +68,14 @@ def found_in(sheet: Flowsheet, stated: StatedUnits) -> tuple[Disagreement, ...]:
 
 
 def _made_of(terms: Collection[Term], symbols: Mapping[Term, str]) -> str:
-    """The units that are stated of what ``terms`` are made of, for a message: parameters first."""
-    made = leaves(*terms) & symbols.keys()
+    """The units that are stated of what ``terms`` are made of, for a message: the nearest, parameters first."""
+    made = [leaf for leaf in nearest(*terms) if leaf in symbols]
     named = sorted(
-        (leaf.op is not Leaf.PARAMETER, str(leaf.value).removesuffix("_now"), symbols[leaf]) for leaf in made
+        (leaf.op is not Leaf.PARAMETER, str(leaf.value).removesuffix("_now"), symbols[leaf]) for leaf in made[:_SHOWN]
     )
     told = [f"{name} [{symbol}]" for _, name, symbol in named]
-    more = f" and {len(told) - _SHOWN} more" if len(told) > _SHOWN else ""
-    return f" ({', '.join(told[:_SHOWN])}{more})" if told else ""
+    more = f" and {len(made) - _SHOWN} more" if len(made) > _SHOWN else ""
+    return f" ({', '.join(told)}{more})" if told else ""
 
 
 def _symbols(sheet: Flowsheet, stated: StatedUnits) -> dict[Term, str]:
@@ -114,7 +114,7 @@ def _leaves(sheet: Flowsheet, stated: StatedUnits, found: list[str]) -> dict[Ter
     units[sheet.time] = read("s")
     units |= {Term(Leaf.AGE, value=name): read("s") for name in sheet.faults}
     for name in sheet.faults:
-        units.setdefault(fault(name), _undeclared(name))
+        units.setdefault(fault(name), _undeclared(sheet, name))
     for a in sheet.actuators.values():
         units[a.position] = NONE
     for c in sheet.controllers.values():
@@ -138,9 +138,16 @@ def _leaves(sheet: Flowsheet, stated: StatedUnits, found: list[str]) -> dict[Ter
     return units
 
 
-def _undeclared(name: str) -> Unit:
-    """Unit of a fault that no table has, and which is 0 for ever: that of a standard fault."""
-    return read("1/s") if name.endswith("_leak") else NONE
+def _undeclared(sheet: Flowsheet, name: str) -> Unit:
+    """Unit of a fault that no table has, and which is 0 for ever: that of a standard fault, or whatever fits."""
+    if name.endswith("_leak"):
+        return read("1/s")
+    return NONE if is_standard(sheet, name) else Unit((), None, any=True)
+
+
+def is_standard(sheet: Flowsheet, name: str) -> bool:
+    """Whether a fault comes with a vessel or an actuator of the flowsheet: the tables may leave it out."""
+    return name.endswith("_leak") or any(name.startswith(f"{actuator}_") for actuator in sheet.actuators)
 
 
 def _expected(sheet: Flowsheet, stated: StatedUnits) -> Iterator[tuple[str, Term, str]]:

@@ -288,6 +288,17 @@ def replaced(of: Term, by: Mapping[Term, Term]) -> Term:
     return found(of)
 
 
+def nearest(*of: Term) -> tuple[Term, ...]:
+    """The leaves of terms, those first that fewest operations are between."""
+    seen, found, level = set[Term](), list[Term](), list(of)
+    while level:
+        fresh = [each for each in dict.fromkeys(level) if each not in seen]
+        seen.update(fresh)
+        found += [each for each in fresh if isinstance(each.op, Leaf)]
+        level = [arg for each in fresh for arg in each.args]
+    return tuple(found)
+
+
 def leaves(*of: Term) -> frozenset[Term]:
     """The leaves of terms."""
     seen: set[Term] = set()

@@ -13,12 +13,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from homeostat.process.blocks.term import Leaf, Term, leaves
+from homeostat.process.blocks.term import Leaf, Term, nearest
 
 _SAME = ("add", "sub", "min", "max", "lt", "le", "where")
 _PLAIN = ("exp", "log")
 _CLOSE = 1e-6
 _SHORT = 40
+_NEAR = 4
 """Most characters of a term that a message shows."""
 
 
@@ -151,12 +152,13 @@ def _number(term: Term) -> float:
 
 
 def told_term(term: Term, named: Mapping[Term, str]) -> str:
-    """``term`` as an engineer would write it; where that is long, the symbols that it is made of."""
+    """``term`` as an engineer would write it; where that is long, the nearest symbols that it is made of."""
     text = _written(term, named)
     if len(text) <= _SHORT:
         return text
-    names = sorted(str(leaf.value) for leaf in leaves(term) if leaf.value and leaf.op is not Leaf.FAULT)
-    return f"a term of {', '.join(names)}"
+    names = [str(leaf.value) for leaf in nearest(term) if leaf.value and leaf.op is not Leaf.FAULT]
+    more = f" and {len(names) - _NEAR} more" if len(names) > _NEAR else ""
+    return f"a term of {', '.join(names[:_NEAR])}{more}"
 
 
 _SIGNS = {"add": "+", "sub": "-", "mul": "*", "div": "/", "pow": "**", "lt": "<", "le": "<="}

@@ -23,6 +23,8 @@ _COMMON: Final = (
     "1/m", "1/L", "1/m3", "s/L", "s/m3", "s/kg",
 )  # fmt: skip
 """Units that are tried beside those of the plant's own tables."""
+_AMOUNTS: Final = ("kmol", "mol", "kg", "g", "m3", "L")
+"""Measures of an amount, of which one is taken for another."""
 _MOST: Final = 200
 """Most corrections that are tried for one mistake."""
 
@@ -81,7 +83,8 @@ def _corrections(
 ) -> dict[Cell, tuple[Disagreement, ...]]:
     """Cell with another unit -> what does not agree then."""
     known = [*stated.parameters.values(), *stated.variables.values(), *(s.unit for s in sheet.states.values())]
-    pool = _readable((*known, *_COMMON, *map(_thousandth, known), *map(_thousandfold, known)))
+    scaled = (*map(_thousandth, known), *map(_thousandfold, known))
+    pool = _readable((*known, *_COMMON, *scaled, *(other for symbol in known for other in _per_another(symbol))))
     found: dict[Cell, tuple[Disagreement, ...]] = {}
     for each in left:
         for leaf in sorted(each.about, key=lambda leaf: str(leaf.value)):
@@ -142,3 +145,12 @@ def _thousandth(symbol: str) -> str:
 def _thousandfold(symbol: str) -> str:
     """The unit with a kilo in front of it; empty where there is something already."""
     return f"k{symbol}" if re.match(r"(J|W|Pa|g|mol|m)\b", symbol) else ""
+
+
+def _per_another(symbol: str) -> Iterator[str]:
+    """The unit with another measure of an amount in place of the one that it has: per litre instead of per kilogram."""
+    parts = re.split(f"(?<![A-Za-z])({'|'.join(_AMOUNTS)})(?![A-Za-z0-9])", symbol)
+    for place in range(1, len(parts), 2):
+        yield from (
+            "".join((*parts[:place], other, *parts[place + 1 :])) for other in _AMOUNTS if other != parts[place]
+        )

@@ -3,7 +3,7 @@
 from typing import Final
 
 from homeostat.knowledge.build.derived.draft import Cells, Draft
-from homeostat.knowledge.build.derived.loops import actuators_of, add_command
+from homeostat.knowledge.build.derived.loops import actuators_of, add_command, has_two_positions
 
 STUCK_OPEN: Final = "stuck_open"
 """Ending of the fault of an actuator that stays open."""
@@ -45,4 +45,13 @@ def add_actuators(draft: Draft) -> None:
                 "disables": "" if ending == WEAK else line["id"],
                 "description": meaning,
             }
+            if ending == WEAK and draft.find("faults", own["id"]) is None and _opens_or_closes(draft, line["id"]):
+                draft.pass_over("faults", own)  # what is open or closed has no capacity to lose
+                continue
             draft.add("faults", line.follows, own | size)
+
+
+def _opens_or_closes(draft: Draft, actuator: str) -> bool:
+    """Whether what drives an actuator has two positions."""
+    drives = [line for line in draft.lines("signals") if line["relation"] == "drives"]
+    return any(has_two_positions(line) for line in drives if line["component"] == actuator)

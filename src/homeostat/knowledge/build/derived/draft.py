@@ -98,6 +98,10 @@ class Draft:
         elif not (line := self._lines[name][place]).origin.generated:
             self.fill(name, line, cells)
 
+    def pass_over(self, name: str, cells: Cells) -> None:
+        """Leave a row out; one that omits it all the same is not blamed for naming nothing."""
+        self._omits(name, cells)
+
     def _omits(self, name: str, cells: Cells) -> bool:
         """Whether a row that follows is not wanted."""
         key = " ".join(self._key(name, cells))

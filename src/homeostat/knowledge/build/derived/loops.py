@@ -73,13 +73,13 @@ def _add_manual(draft: Draft, origin: Origin, actuator: str) -> None:
 
 def _add_output(draft: Draft, origin: Origin, actuator: str, own: dict[str, str], by_hand: bool) -> None:
     rate = written(1.0 / draft.timing.time_s(BY_HAND_S))
-    steps = _has_two_positions(draft.find("signals", own["tag"]))
+    steps = has_two_positions(draft.find("signals", own["tag"]))
     speed = {"rate_limit": "" if steps else rate, "increment": "0.01"} if by_hand else {}
     shared = {"role": "MV", "unit": "1", "low": "0", "high": "1", "scale": "0.05", "component": actuator}
     draft.add("signals", origin, own | shared | {"variable": plain(own["tag"])} | speed)
 
 
-def _has_two_positions(stated: Line | None) -> bool:
+def has_two_positions(stated: Line | None) -> bool:
     """Whether a stated row of a manipulated value says that one step leads from one end of its range to the other."""
     if stated is None:
         return False
