@@ -44,7 +44,9 @@ class _After:
     open: tuple[SetpointRange, ...]
     """What may be moved there."""
     taken: set[str] = field(default_factory=set)
-    """Names of the ways that can be taken."""
+    """Names of the ways that can be taken, at rest or after moves."""
+    at_rest: frozenset[str] = frozenset()
+    """Of those that can be taken as it stands."""
 
 
 def ways_back(bench: Bench, courses: Sequence[Course]) -> Iterator[Finding]:
@@ -58,7 +60,7 @@ def ways_back(bench: Bench, courses: Sequence[Course]) -> Iterator[Finding]:
     for state in dict.fromkeys(each.state for each in every):
         there = [each for each in every if each.state == state]
         for way in there[0].ways:
-            if not any(way.name in each.taken for each in there):
+            if not any(way.name in each.at_rest for each in there):
                 said.add(state)
                 yield _never(bench, there, way)
     left = [each for each in every if each.taken]
@@ -72,6 +74,7 @@ def _after(bench: Bench, strategy: FallbackStrategy, course: Course) -> _After:
     ways = tuple(t for t in machine.transitions if t.source == name and t.target != name and t.on_decision)
     after = _After(strategy, name, [_rest_of(course)], ways, machine.state(name).open_setpoints)
     after.taken |= {way.name for way in ways if _taken(bench, after.courses[0], way)}
+    after.at_rest = frozenset(after.taken)
     if ways and not after.taken and after.open:
         bench.told(f"the way back after {strategy.name}")
         after.courses += _moved(bench, after, course)
