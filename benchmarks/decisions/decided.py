@@ -18,7 +18,7 @@ from homeostat.agents.search import action as searching
 from homeostat.agents.search import routes as routing
 from homeostat.agents.search.action import SearchAction, SearchSettings
 from homeostat.agents.search.cost import Cost
-from homeostat.agents.search.tracking import held, search_space
+from homeostat.agents.search.tracking import blind, held, search_space
 from homeostat.domain.advice import Advice
 from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath, open_setpoints
@@ -116,8 +116,9 @@ class Problem:
         settings = SearchSettings()
         self._cost = Cost(d.limits, Pricing(plant.prices, d.limits, d.scales), d.scales, settings.slack)
         path, twin = decided.path, decided.twin
-        stuck = held(d, decided.situation)
-        self._space = None if path.awaited else search_space(d, path.machine.state(path.target), stuck)
+        stuck, by_hand = held(d, decided.situation), blind(d, decided.situation)
+        target = path.machine.state(path.target)
+        self._space = None if path.awaited else search_space(d, target, stuck, by_hand)
         ranges = open_setpoints(path.commanded_states) if self._space is None else self._space.ranges
         self._open = tuple(r for r in ranges if r.high > r.low)
         draws = twin.settings.search_draws if path.awaited else twin.settings.draws

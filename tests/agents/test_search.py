@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,6 +17,7 @@ from homeostat.agents.checks import command_findings, judge
 from homeostat.agents.hypotheses import MOST, PLAUSIBLE, plausible, plausible_faults
 from homeostat.agents.roles import Approved, NoAdmissiblePlan, Situation
 from homeostat.agents.search.candidates import Point, SearchSpace
+from homeostat.agents.search.cost import heading
 from homeostat.agents.search.planning import SearchPlanning
 from homeostat.agents.search.reprompting import CURABLE, TRIES, MarginReprompting
 from homeostat.agents.simulation import TwinSimulation
@@ -194,6 +197,16 @@ def test_the_first_candidates_are_admissible_and_contain_the_design_and_the_pres
     assert all(inside(p, SPACE.ranges) for p in first)
 
 
+@given(points(), st.floats(-1.0, 2.0))
+def test_a_manual_output_is_tried_where_its_controller_has_it_now(point: Point, now: float) -> None:
+    column = [r.tag for r in SPACE.ranges].index("V2.man")
+    first = SPACE.first(point, commanded={"V2.man": now})
+    assert all(inside(p, SPACE.ranges) for p in first)
+    for base in (SPACE.design, point):
+        assert (*base[:column], min(max(now, 0.0), 1.0), *base[column + 1 :]) in first
+    assert SPACE.first(point, commanded={"V2.man": math.nan, "V1.cmd": 0.3}) == SPACE.first(point)
+
+
 @given(points(), points())
 def test_a_gap_is_a_distance(one: Point, other: Point) -> None:
     assert SPACE.gap(one, one) == 0.0 and SPACE.gap(one, other) == pytest.approx(SPACE.gap(other, one))
@@ -207,6 +220,26 @@ def test_the_present_point_is_brought_into_the_ranges(values: dict[str, float]) 
     for r, v in zip(SPACE.ranges, point, strict=True):
         if r.low <= values.get(r.tag, math.nan) <= r.high:
             assert v == values[r.tag]
+
+
+# --- where a rollout is heading ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("course", "share"),
+    [
+        ([1.0] * 60, 0.0), (np.linspace(1.0, 0.0, 61)[1:], 1.0), (np.linspace(0.0, 1.0, 60), 0.0),
+        (np.linspace(2.0, 1.0, 61)[1:], 0.0), (np.linspace(1.5, 0.5, 61)[1:], 0.5), ([math.inf] * 60, 0.0),
+        ([math.nan] * 60, 0.0), (np.linspace(1.0, -1.0, 60), 1.0), ([3.0], 0.0), ([3.0, 1.0], 0.5),
+        ([*np.linspace(5.0, 1.0, 30), *[1.0] * 30], 0.0),
+    ],
+)  # fmt: skip
+def test_what_heads_for_a_limit_is_there_so_much_sooner_than_after_as_long_again(
+    course: Sequence[float], share: float
+) -> None:
+    """A margin of 1.5 that has come to 0.5 is gone after half as long again; one that stands is never gone."""
+    found = heading(np.array([course, [1.0] * len(course)]))
+    assert found == pytest.approx([share, 0.0], abs=0.1)
 
 
 # --- reprompting and hypotheses ---------------------------------------------------------------------------------

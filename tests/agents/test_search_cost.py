@@ -51,7 +51,7 @@ NOTHING = ActionSet((), "running")
 
 def judged(of: Signals, *candidates: ActionSet, weights: tuple[float, ...] = (1.0,)) -> list[dict[str, float]]:
     table = COST.judge(of, DT_S, np.array(weights), candidates)
-    return [dict(zip(COLUMNS, row, strict=True)) for row in table.tolist()]
+    return [dict(zip(COLUMNS, row[:-1], strict=True)) for row in table.tolist()]
 
 
 # --- price ------------------------------------------------------------------------------------------------------
@@ -83,7 +83,7 @@ def test_only_what_forbids_has_a_margin_and_the_worst_member_s_counts() -> None:
     hot[1, 7] = 311.0
     (found,) = judged(signals(2, T=hot), NOTHING, weights=(0.99, 0.01))
     assert found["ACC-CALM"] == pytest.approx(1.9 / 2.0) and found["LIM-HOT"] == pytest.approx(1.0)
-    assert COST.judge(signals(), DT_S, ONE, [NOTHING]).shape == (1, len(COLUMNS)), "neither WARM nor LIM-COLD"
+    assert COST.judge(signals(), DT_S, ONE, [NOTHING]).shape == (1, len(COLUMNS) + 1), "neither WARM nor LIM-COLD"
 
 
 def test_a_member_that_is_undecided_has_no_margin() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ import pytest
 
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import SearchSpace
-from homeostat.agents.search.tracking import BESIDE, held, search_space, tracking
+from homeostat.agents.search.tracking import BESIDE, blind, held, search_space, tracking
 from homeostat.domain.advice import Advice
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.plant.description import PlantDescription
@@ -65,6 +66,50 @@ def test_what_is_held_is_no_choice() -> None:
     assert {point[column] for point in space.first(space.design)} == {0.36}
     free = SearchSpace(state, PLANT.tags_by_name)
     assert search_space(PLANT, state, {}).ranges == free.ranges
+
+
+FROZEN = FaultState("T1_frozen", 1.0, 1450.0)
+BIASED = FaultState("T1_reads_high", 2.0, 1450.0)
+AT_NOW = {"V2.man": pytest.approx(now().snapshot.values["V2.cmd"])}
+FEED_NOW = {"V1.man": pytest.approx(now().snapshot.values["V1.cmd"])}
+
+
+@pytest.mark.parametrize(
+    ("hypotheses", "found"),
+    [
+        ((Hypothesis((FROZEN,), 1.0),), AT_NOW), ((Hypothesis((FROZEN, BIASED), 1.0),), AT_NOW),
+        ((Hypothesis((FROZEN,), 0.95), Hypothesis((), 0.05)), AT_NOW),
+        ((Hypothesis((FROZEN,), 0.6), Hypothesis((), 0.4)), {}), ((Hypothesis((BIASED,), 1.0),), {}),
+        ((Hypothesis((FaultState("F1_frozen", 1.0, 1450.0),), 1.0),), FEED_NOW),
+    ],
+)  # fmt: skip
+def test_what_goes_by_a_frozen_instrument_has_its_output_where_it_is(
+    hypotheses: tuple[Hypothesis, ...], found: dict[str, float]
+) -> None:
+    """Each loop has its own instrument; one that is off may be corrected for."""
+    assert blind(PLANT, thought(*hypotheses)) == found
+
+
+@pytest.mark.parametrize("command", [math.nan, 7.0, -3.0])
+def test_an_output_that_nobody_knows_stays_on_automatic_and_another_one_is_brought_into_its_range(
+    command: float,
+) -> None:
+    known = thought(Hypothesis((FROZEN,), 1.0))
+    snapshot = replace(known.snapshot, values={**known.snapshot.values, "V2.cmd": command})
+    found = blind(PLANT, replace(known, snapshot=snapshot))
+    assert found == ({} if math.isnan(command) else {"V2.man": min(max(command, 0.0), 1.0)})
+
+
+def test_by_hand_is_no_change_and_automatic_is_no_choice() -> None:
+    state = PLANT.machine.state("reduced_load")
+    column = [r.tag for r in state.setpoints].index("V2.man")
+    space = search_space(PLANT, state, {}, {"V2.man": 0.37})
+    tried = {point[column] for point in space.first(space.present({}))}
+    assert {0.0, 0.37, 1.0} <= tried and None not in tried and space.design[column] == 0.37
+    assert space.distance(space.design) == 0.0 and not space.admits((*space.design[:column], None))
+    assert search_space(PLANT, state, {"V2.man": 0.2}, {"V2.man": 0.37}).design[column] == 0.2, "what is stuck is fixed"
+    normal = PLANT.machine.state("normal")
+    assert search_space(PLANT, normal, {}, {"V2.man": 0.37}).ranges == normal.setpoints, "which leaves no choice"
 
 
 def first(sets: Sequence[ActionSet], ensemble: Ensemble) -> Vec:

@@ -1,6 +1,7 @@
 """Action by search: least cost subject to the margin of everything that forbids, over the ensemble."""
 
 import asyncio
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -17,7 +18,7 @@ from homeostat.agents.search.cost import Cost
 from homeostat.agents.search.gently import leads_back
 from homeostat.agents.search.returning import Returning
 from homeostat.agents.search.routes import RouteSearch
-from homeostat.agents.search.tracking import held, search_space, tracking
+from homeostat.agents.search.tracking import blind, held, search_space, tracking
 from homeostat.domain.advice import Advice
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
@@ -101,13 +102,13 @@ class SearchAction:
     def _bounds(self, twin: Twin, situation: Situation, paths: Sequence[RecoveryPath]) -> list[float]:
         few = twin.ensemble(plausible(situation.diagnosis), twin.settings.search_draws)
         routes = RouteSearch(twin, self._cost, self._tags)
-        found, fixed = [], held(self._plant, situation)
+        found, fixed, by_hand = [], held(self._plant, situation), blind(self._plant, situation)
         for path in paths:
             if path.awaited:
                 ways = routes.ways(path)
             else:
-                space = search_space(self._plant, path.machine.state(path.target), fixed)
-                ways = [space.actions(p) for p in space.first(space.present(situation.snapshot.values))]
+                space = search_space(self._plant, path.machine.state(path.target), fixed, by_hand)
+                ways = [space.actions(p) for p in self._first(space, situation)]
             found.append(float(self._judge(twin, ways, few)[:, 0].min()) + self._release)
         return found
 
@@ -123,7 +124,8 @@ class SearchAction:
             judge = partial(self._judge, twin)
             return await asyncio.to_thread(routes.best, path, situation, dict(advice.required), judge)
         stuck = held(self._plant, situation)
-        space = search_space(self._plant, path.machine.state(path.target), stuck)
+        by_hand = blind(self._plant, situation)
+        space = search_space(self._plant, path.machine.state(path.target), stuck, by_hand)
         twin = self._twin.frozen()
         if leads_back(self._plant, situation, path):
             return await asyncio.to_thread(self._returning.back, twin, space, situation)
@@ -167,11 +169,10 @@ class SearchAction:
         hypotheses = plausible(situation.diagnosis)
         few = twin.ensemble(hypotheses, twin.settings.search_draws)
         tried: dict[Point, float] = {}
-        present = space.present(situation.snapshot.values)
         known = map(space.point, settings.known(situation, space.state.name))
         settled = [space.settled(point) for point in known if point is not None]
         admitted = [point for point in settled if space.admits(point)]
-        self._evaluate(twin, [*space.first(present), *admitted], space, few, required, tried)
+        self._evaluate(twin, [*self._first(space, situation), *admitted], space, few, required, tried)
         for fraction in settings.coarse:
             bases = self._apart(tried, space, settings.bases)
             before = tried[bases[0]]
@@ -187,6 +188,12 @@ class SearchAction:
             (base,) = self._best(sure, space, 1)
             self._evaluate(twin, space.around(base, fraction), space, many, required, sure)
         return space.actions(self._best(sure, space, 1)[0])
+
+    def _first(self, space: SearchSpace, situation: Situation) -> list[Point]:
+        """Where the search begins: by design, where the plant is now, and over all that is open."""
+        values = situation.snapshot.values
+        commanded = {tag: values.get(of, math.nan) for tag, of in self._plant.overridden.items()}
+        return space.first(space.present(values), commanded=commanded)
 
     def _apart(self, tried: Mapping[Point, float], space: SearchSpace, count: int) -> list[Point]:
         """The best points that are apart from each other: the best one's surroundings may be a trap."""
@@ -210,11 +217,15 @@ class SearchAction:
         required: Mapping[str, float],
         tried: dict[Point, float],
     ) -> None:
-        """Cost of every new point: its price, plus ten per scale of missing margin, plus a little for change."""
+        """Cost of every new point: its price, ten per scale of missing margin, and a little for change.
+
+        What heads for a limit when the rollout ends costs one more release, which it will need.
+        """
         fresh = [p for p in dict.fromkeys(points) if p not in tried]
         if not fresh:
             return
-        cost = self._cost.total(self._judge(twin, [space.actions(p) for p in fresh], ensemble), required)
+        judged = self._judge(twin, [space.actions(p) for p in fresh], ensemble)
+        cost = self._cost.total(judged, required) + self._release * judged[:, -1]
         for point, value in zip(fresh, cost.tolist(), strict=True):
             tried[point] = value + CHANGE * space.distance(point)
 

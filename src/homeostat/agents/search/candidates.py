@@ -87,8 +87,14 @@ class SearchSpace:
                 total += abs(v - w) / (r.high - r.low)
         return total
 
-    def first(self, present: Point, levels: int = 13, scattered: int = 24) -> list[Point]:
-        """Sweeps of each setpoint from the design and the present point, and points scattered over the box."""
+    def first(
+        self, present: Point, levels: int = 13, scattered: int = 24, commanded: Mapping[str, float] | None = None
+    ) -> list[Point]:
+        """Sweeps of each setpoint from the design and the present point, and points scattered over the box.
+
+        Manual outputs are tried where their controllers have them now, too, as far as ``commanded`` says where: what
+        a controller does by a reading that is wrong need not go on, and no step is made by that.
+        """
         points = [self.design, present]
         for k, r in enumerate(self.ranges):
             if r.high <= r.low:
@@ -98,6 +104,8 @@ class SearchSpace:
                 values = [r.low, r.high]
             elif r.design is None:
                 values = [r.low + (r.high - r.low) * f for f in (0.5, 0.75, 1.0)]
+                now = (commanded or {}).get(r.tag, math.nan)
+                values += [min(max(self.tags[r.tag].nearest(now), r.low), r.high)] if math.isfinite(now) else []
             for base in {self.design, present}:
                 points += [(*base[:k], v, *base[k + 1 :]) for v in values]
         for n in range(1, scattered + 1):

@@ -34,11 +34,11 @@ class Cost:
         return self.total(self.judge(signals, dt_s, weights, candidates), required or {})
 
     def judge(self, signals: Signals, dt_s: float, weights: Vec, candidates: Sequence[ActionSet]) -> Table:
-        """What each candidate comes to, whatever is required: shape (candidates, 1 + criteria).
+        """What each candidate comes to, whatever is required: shape (candidates, 2 + criteria).
 
         Expected price over the members by their ``weights``, as a share of the design production [1], then the worst
         member's margin of everything that forbids, in scales: infinite and -inf where a member is undecided, as is one
-        that has left the physical world.
+        that has left the physical world. Last how much of them heads for a hard limit (:func:`heading`).
         """
         count = len(candidates)
         seconds = next(iter(signals.values())).shape[1] * dt_s
@@ -48,16 +48,20 @@ class Cost:
         price[~known.all(axis=1)] = np.inf
         states = [sum(self._pricing.of_states(a.states, seconds).values()) for a in candidates]
         found = [(price + np.array(states)) / self._pricing.prices.worth(seconds)]
+        headed = np.zeros(each.size)
         for c in self._criteria:
             if isinstance(c, Criterion):
                 margin = c.formula.evaluate(signals, dt_s).value
             elif c.kind is LimitKind.PERMISSIVE:
                 margin = self._at_release(c, signals, candidates)
             else:
-                margin = c.formula.margins(signals, dt_s).min(axis=1)
+                course = c.formula.margins(signals, dt_s)
+                margin = course.min(axis=1)
+                headed = np.maximum(headed, heading(course)) if c.hard else headed
             worst = np.broadcast_to(margin, (next(iter(signals.values())).shape[0],))
             least = worst.reshape(count, -1).min(axis=1) / self._scales.get(c.formula.unit, 1.0)
             found.append(np.where(np.isnan(least), -np.inf, least))
+        found.append(headed.reshape(count, -1) @ (weights / weights.sum()))
         return np.stack(found, axis=1)
 
     def total(self, judged: Table, required: Mapping[str, float]) -> Vec:
@@ -67,7 +71,7 @@ class Cost:
         that is wanted beyond the slack, in its unit.
         """
         missing = np.zeros(len(judged))
-        for c, worst in zip(self._criteria, judged[:, 1:].T, strict=True):
+        for c, worst in zip(self._criteria, judged[:, 1:-1].T, strict=True):
             scale = self._scales.get(c.formula.unit, 1.0)
             kept = 0.0 if isinstance(c, Limit) and c.kind is LimitKind.PERMISSIVE else self._slack
             missing += np.clip(kept + required.get(c.name, 0.0) / scale - worst, 0.0, 100.0)
@@ -75,7 +79,7 @@ class Cost:
 
     def margins(self, judged: Vec) -> dict[str, float]:
         """Name of everything that forbids -> its margin in its unit, of one candidate that was judged."""
-        found = zip(self._criteria, judged[1:].tolist(), strict=True)
+        found = zip(self._criteria, judged[1:-1].tolist(), strict=True)
         return {c.name: margin * self._scales.get(c.formula.unit, 1.0) for c, margin in found}
 
     @staticmethod
@@ -92,6 +96,22 @@ class Cost:
                 first[tag] = np.where(known, value, first[tag])
             least = np.minimum(least, permissive.formula.margins(first, 1.0)[:, 0])
         return least
+
+
+def heading(margins: Table) -> Vec:
+    """How soon after a rollout its members would be at a limit if it went on as it ends, shape (members,) [1].
+
+    1 at once, 0 where it takes as long again as the rollout, or never comes; by the course of the ``margins`` over its
+    last half, shape (members, times). A level that is held by nothing reaches no limit in any one horizon, and one in
+    the end.
+    """
+    times = margins.shape[1]
+    sixth = max(times // 6, 1)
+    with np.errstate(invalid="ignore"):
+        before, last = (margins[:, k : k + sixth].mean(axis=1) for k in (max(times - 3 * sixth, 0), times - sixth))
+        falls = (before - last) * times / max(2 * sixth, 1)
+    left = np.divide(last, falls, out=np.full(len(margins), np.inf), where=falls > 0.0)
+    return np.asarray(np.clip(1.0 - left, 0.0, 1.0))
 
 
 def _sent(actions: ActionSet, step: int, *tags: str) -> float | None:

@@ -17,7 +17,7 @@ import numpy as np
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import SearchSpace
-from homeostat.domain.diagnosis import Diagnosis, Hypothesis
+from homeostat.domain.diagnosis import Diagnosis, EffectKind, Hypothesis
 from homeostat.domain.plant.description import PlantDescription, Relation
 from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.plant.tag import Tag
@@ -53,6 +53,26 @@ def held(plant: PlantDescription, situation: Situation) -> dict[str, float]:
             position = _position(plant, situation, signal.component)
             if position is not None:
                 found[signal.tag.name] = signal.tag.nearest(signal.tag.range.clip(position))
+    return found
+
+
+def blind(plant: PlantDescription, situation: Situation) -> dict[str, float]:
+    """Manual output -> where its controller has it now, of each whose controller goes by a frozen instrument.
+
+    What such a controller does is no answer to anything: it runs away by what is left of its error.
+    """
+    measured = {s.variable: s.tag.name for s in plant.signals if s.relation is Relation.MEASURES}
+    frozen = {mode.name: measured.get(mode.effect.quantity, "") for mode in plant.fault_modes
+              if mode.effect is not None and mode.effect.kind is EffectKind.FROZEN}  # fmt: skip
+    manual, found = {command: tag for tag, command in plant.overridden.items()}, {}
+    for loop in plant.loops:
+        output = manual.get(loop.manipulated_variable, "")
+        now = situation.snapshot.values.get(loop.manipulated_variable, math.nan)
+        showing = {name for name, tag in frozen.items() if tag == loop.process_variable}
+        likely = sum(h.probability for h in plausible(situation.diagnosis) if any(f.fault in showing for f in h.faults))
+        if output and likely >= STUCK and math.isfinite(now):
+            tag = plant.tag(output)
+            found[output] = tag.nearest(tag.range.clip(now))
     return found
 
 
@@ -106,15 +126,22 @@ def _stands(tag: Tag, admitted: SetpointRange, value: float) -> float:
     return min(max(value, admitted.low), admitted.high)
 
 
-def search_space(plant: PlantDescription, state: State, fixed: Mapping[str, float]) -> SearchSpace:
-    """What may be commanded in ``state``, where the outputs that are ``fixed`` have no other value."""
-    ranges = tuple(
-        SetpointRange(r.tag, fixed[r.tag], fixed[r.tag], fixed[r.tag])
-        if r.tag in fixed and r.low <= fixed[r.tag] <= r.high and r.high > r.low
-        else r
-        for r in state.setpoints
-    )
-    return SearchSpace(replace(state, setpoints=ranges), plant.tags_by_name)
+def search_space(
+    plant: PlantDescription, state: State, fixed: Mapping[str, float], by_hand: Mapping[str, float] | None = None
+) -> SearchSpace:
+    """What may be commanded in ``state``, where the outputs that are ``fixed`` have no other value.
+
+    Those that are ``by_hand`` have any value, but are not on automatic; where they are now is no change.
+    """
+
+    def of(r: SetpointRange) -> SetpointRange:
+        if r.high > r.low and r.low <= fixed.get(r.tag, math.nan) <= r.high:
+            return SetpointRange(r.tag, fixed[r.tag], fixed[r.tag], fixed[r.tag])
+        if r.high > r.low and r.design is None and by_hand and r.tag in by_hand:
+            return replace(r, design=min(max(by_hand[r.tag], r.low), r.high))
+        return r
+
+    return SearchSpace(replace(state, setpoints=tuple(map(of, state.setpoints))), plant.tags_by_name)
 
 
 def _taken_away(plant: PlantDescription, diagnosis: Diagnosis, component: str) -> bool:
