@@ -117,11 +117,13 @@ class History:
         settle_rows: int = 20,
         capacity: int = 3600,
         tick_s: float = 1.0,
+        sampled: Mapping[str, int] | None = None,
     ) -> None:
         """``variables``: tag -> variable; ``inputs``: names of the process model's input columns.
 
-        ``tick_s``: process time between two readings [s].
+        ``tick_s``: process time between two readings [s]; ``sampled``: tag -> readings for each sample of an analyser.
         """
+        self._per_sample = np.array([(sampled or {}).get(tag, 1) for tag in variables], dtype=np.float64)
         self._tick_s = tick_s
         self._settle_rows = settle_rows
         self._variables = dict(variables)
@@ -207,7 +209,7 @@ class History:
             held = {v: f for v, f in zip(self._variables.values(), flags, strict=True) if f.any()}
         readings = dict(zip(self._variables.values(), table, strict=True))
         frozen_s = {v: max(since_s, rows[0].at_s) for v, since_s in self._frozen_s.items()}
-        lively = self._changes > MOSTLY * np.maximum(self._until_change, 1.0)
+        lively = self._changes > MOSTLY * np.maximum(self._until_change / self._per_sample, 1.0)
         still = lively & (self._changed_s <= rows[0].at_s)
         still_s = {v: float(self._changed_s[k]) for k, v in enumerate(self._variables.values()) if still[k]}
         begin_s = rows[0].at_s

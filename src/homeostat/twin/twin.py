@@ -86,7 +86,11 @@ class Twin:
         self._posterior = self._healthy = prior(model, self._parameters)
         self._timing = description.timing
         self._history = History(
-            description.variables, model.inputs, settings.settle_rows, tick_s=description.timing.tick_s
+            description.variables,
+            model.inputs,
+            settings.settle_rows,
+            tick_s=description.timing.tick_s,
+            sampled=description.sampled,
         )
         self._drawn = _Drawn(-np.inf, self._posterior, {})
 

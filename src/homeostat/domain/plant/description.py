@@ -182,6 +182,13 @@ class PlantDescription:
         return {signal.tag.name: signal.variable for signal in self.signals}
 
     @property
+    def sampled(self) -> dict[str, int]:
+        """Tag of an analyser, which shows each of its samples until the next one -> for how many ticks."""
+        rules, timing = self.qualities.values(), self.timing
+        ticks = {rule.tag: timing.ticks(timing.sampling_s(rule.every_s)) for rule in rules if rule.every_s is not None}
+        return {tag: count for tag, count in ticks.items() if count > 1}
+
+    @property
     def automatic(self) -> dict[str, str]:
         """Manual output -> the command that it overrides, which it goes on from; both are quantities of the model."""
         variables = self.variables

@@ -32,13 +32,17 @@ class QualityRule:
     """Fastest change that the process can make, in the tag's unit per second; None where no step is too fast."""
     grace_s: float = 0.0
     """After a step that is too fast, how long the reading is uncertain before it counts again [s]."""
+    every_s: float | None = None
+    """Time between two samples of an analyser [s], which shows the last one meanwhile; None: something new each tick."""
 
     def most_change(self, after_s: float) -> float:
         """By how much two readings that are ``after_s`` [s] apart differ at most, noise included, in the tag's unit.
 
-        Infinite where no step is too fast.
+        Infinite where no step is too fast. Two readings of an analyser are as far apart as its samples.
         """
-        return math.inf if self.fastest is None else self.fastest * after_s + SIGMAS * (self.noise or 0.0)
+        if self.fastest is None:
+            return math.inf
+        return self.fastest * max(after_s, self.every_s or 0.0) + SIGMAS * (self.noise or 0.0)
 
 
 @dataclass(frozen=True, slots=True)

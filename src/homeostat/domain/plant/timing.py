@@ -55,6 +55,13 @@ class Timing:
         """A time for people, without its unit: with decimals where ticks are shorter than a second."""
         return f"{at_s:.{max(math.ceil(-math.log10(self.tick_s)), 0)}f}"
 
+    def sampling_s(self, every_s: float | None) -> float:
+        """Time between two samples of an instrument that takes one every ``every_s`` [s], in whole ticks [s].
+
+        That of a tick where it states none.
+        """
+        return self.at_s(max(self.ticks(every_s or 0.0), 1))
+
     def ticks(self, seconds: float) -> int:
         """How many ticks ``seconds`` are, to the nearest."""
         return round(seconds / self.tick_s)

@@ -31,14 +31,16 @@ class Instruments:
     def judge(self, readings: Snapshot, now_s: float) -> None:
         """What of the ``readings`` of a sample that came is bad: the time that it was comes back no faster.
 
-        Of a gap between two samples no more counts than a reading may be old: nobody knows what it was meanwhile.
+        Of a gap between two samples no more counts than a reading may be old: nobody knows what it was meanwhile. An
+        analyser of which so many samples in a row were the same is out at once: that is no dropout.
         """
         passed_s = 0.0 if self._before_s is None else max(now_s - self._before_s, 0.0)
         self._before_s = now_s
         for tag, rule in self._rules.items():
             counts_s = min(passed_s, rule.stale_s)
             bad_s = self._bad_s[tag] + (counts_s if tag in readings.bad else -counts_s)
-            self._bad_s[tag] = min(max(bad_s, 0.0), LASTS * rule.stale_s)
+            repeats = rule.every_s is not None and tag in readings.frozen_s
+            self._bad_s[tag] = LASTS * rule.stale_s if repeats else min(max(bad_s, 0.0), LASTS * rule.stale_s)
         still = frozenset(tag for tag in self._out if self._bad_s[tag] > 0.0)
         self._out = still | {tag for tag, rule in self._rules.items() if self._bad_s[tag] >= LASTS * rule.stale_s}
         self._tell(readings, now_s)

@@ -51,7 +51,8 @@ class QualityWatch:
         self._rules, self._tags, self._note = rules, tags, note
         self._jumps = Jumps(rules) if jumps is None else jumps
         self._seen = {tag: _Seen() for tag in rules}
-        self._stale_s = max((rule.stale_s for rule in rules.values()), default=STALE_S)
+        each_tick = [rule.stale_s for rule in rules.values() if rule.every_s is None]
+        self._stale_s = max(each_tick, default=STALE_S)
         self._last: Snapshot | None = None
         self._trouble = ""
 
@@ -101,13 +102,15 @@ class QualityWatch:
             return
         if self._jumps.take(tag, value, taken_s):
             self._note(ReadingJumped(tag, self._jumps.by(tag)), now_s)
+        # What an analyser shows in the tick before its next sample is as old as that sample.
+        before_s = seen.taken_s if rule.every_s is None else seen.changed_s
         if value != seen.value:
             seen.changed_s = taken_s
         if now_s < seen.uncertain_until_s:
             if not steps(rule, value - seen.before, 0.0):
                 seen.uncertain_until_s = now_s  # one wild value: the reading goes on from where it was before
         # A reading that steps again and again is no excuse for ever: between two grace times the raw one counts.
-        elif now_s >= seen.uncertain_until_s + rule.grace_s and steps(rule, value - seen.value, taken_s - seen.taken_s):
+        elif now_s >= seen.uncertain_until_s + rule.grace_s and steps(rule, value - seen.value, taken_s - before_s):
             seen.before = seen.value
             seen.uncertain_until_s = now_s + rule.grace_s
         seen.value, seen.taken_s = value, taken_s
@@ -143,10 +146,12 @@ class QualityWatch:
 
     def _repeats(self, tag: str, now_s: float) -> bool:
         """Whether ``tag`` has noise and has shown the same to the last digit for longer than it may."""
-        rule = self._rules[tag]
+        rule, seen = self._rules[tag], self._seen[tag]
         if not rule.noise or rule.frozen_s is None:
             return False
-        return now_s - self._seen[tag].changed_s >= rule.frozen_s
+        # A sample of an analyser may be told late; only what has come says that it repeats itself.
+        until_s = now_s if rule.every_s is None else seen.taken_s
+        return until_s - seen.changed_s >= rule.frozen_s
 
     def _is_frozen(self, tag: str) -> bool:
         """Whether new readings of ``tag`` went on coming for as long; what has stopped coming is silent, not frozen."""

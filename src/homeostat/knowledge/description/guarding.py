@@ -19,6 +19,7 @@ from homeostat.knowledge.store.store import GraphStore
 TIMES_S: Final[Mapping[str, tuple[float, float]]] = {
     "stale_s": (1.0, 60.0),
     "frozen_s": (3.0, 60.0),
+    "every_s": (1.0, 86_400.0),
     "grace_s": (0.0, 60.0),
     "confirm_s": (1.0, 60.0),
     "lift_s": (0.0, 1800.0),
@@ -28,29 +29,45 @@ TIMES_S: Final[Mapping[str, tuple[float, float]]] = {
 """Column -> shortest and longest time that can be meant, of the reference plant, sampled once per second [s]."""
 _OF_THE_PLANT: Final = frozenset({"lift_s", "start_up_s", "acts_within_s"})
 """Those that go by how fast the plant is; the others go by its samples."""
+_OF_ITS_SAMPLES: Final[Mapping[str, tuple[bool, bool]]] = {"frozen_s": (True, True), "stale_s": (False, True)}
+"""Those of an instrument that go by its own samples, and whether the shortest and the longest time do: whether one is
+there may be known each tick."""
 _MAY_BE_ZERO: Final = frozenset({"grace_s", "cusum", "lead", "lift", "lift_s", "tolerance", "rest"})
 
 
-def times_s(column: str, timing: Timing) -> tuple[float, float]:
-    """The shortest and the longest time that can be meant in ``column`` for a plant of this ``timing`` [s]."""
+def times_s(column: str, timing: Timing, every_s: float | None = None) -> tuple[float, float]:
+    """The shortest and the longest time that can be meant in ``column`` for a plant of this ``timing`` [s].
+
+    ``every_s``: time between two samples of the instrument that it is about [s]; None for one of each tick.
+    """
     low, high = TIMES_S[column]
-    factor = timing.stretch if column in _OF_THE_PLANT else timing.tick_s
-    return low * factor, high * factor
+    if column in _OF_THE_PLANT:
+        return low * timing.stretch, high * timing.stretch
+    own = _OF_ITS_SAMPLES.get(column, (False, False))
+    shortest_s, longest_s = (timing.sampling_s(every_s) if by_samples else timing.tick_s for by_samples in own)
+    return low * shortest_s, high * longest_s
 
 
 def qualities(store: GraphStore, system: NamedNode, timing: Timing) -> Mapping[str, QualityRule]:
     """Tag -> when its reading is good, uncertain or bad."""
-    return {
-        (tag := entry.reference("tag", Code.UNKNOWN_TAG)): QualityRule(
-            tag=tag,
-            stale_s=bounded_number(entry, "stale_s", timing),
-            noise=optional_bounded(entry, "noise"),
-            frozen_s=optional_bounded(entry, "frozen_s", timing),
-            fastest=optional_bounded(entry, "fastest"),
-            grace_s=bounded_number(entry, "grace_s", timing),
-        )
-        for entry in unique(entries(store, "plant_qualities", "quality of tag", system))
-    }
+    rules = (_quality(entry, timing) for entry in unique(entries(store, "plant_qualities", "quality of tag", system)))
+    return {rule.tag: rule for rule in rules}
+
+
+def _quality(entry: Entry, timing: Timing) -> QualityRule:
+    every_s, stale_s = optional_bounded(entry, "every_s", timing), entry.number("stale_s")
+    frozen_s = entry.optional_number("frozen_s")
+    return QualityRule(
+        tag=entry.reference("tag", Code.UNKNOWN_TAG),
+        stale_s=_within(entry, "stale_s", stale_s, times_s("stale_s", timing, every_s)),
+        noise=optional_bounded(entry, "noise"),
+        frozen_s=None
+        if frozen_s is None
+        else _within(entry, "frozen_s", frozen_s, times_s("frozen_s", timing, every_s)),
+        fastest=optional_bounded(entry, "fastest"),
+        grace_s=bounded_number(entry, "grace_s", timing),
+        every_s=every_s,
+    )
 
 
 def trips(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag], timing: Timing) -> Mapping[str, TripRule]:
@@ -114,7 +131,11 @@ def optional_bounded(entry: Entry, column: str, timing: Timing = REFERENCE) -> f
 
 
 def _bounded(entry: Entry, column: str, value: float, timing: Timing) -> float:
-    least, most = times_s(column, timing) if column in TIMES_S else (0.0, math.inf)
+    return _within(entry, column, value, times_s(column, timing) if column in TIMES_S else (0.0, math.inf))
+
+
+def _within(entry: Entry, column: str, value: float, ends: tuple[float, float]) -> float:
+    least, most = ends
     if not least <= value <= most or (value == 0.0 and column not in _MAY_BE_ZERO):
         low = f">= {least:g}" if least or column in _MAY_BE_ZERO else "> 0"
         high = "" if math.isinf(most) else f" and <= {most:g} s"

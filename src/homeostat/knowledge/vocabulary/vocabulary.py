@@ -256,6 +256,7 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     ofLimit: NamedNode
     staleTime: NamedNode
     frozenTime: NamedNode
+    samplingTime: NamedNode
     fastestChange: NamedNode
     graceTime: NamedNode
     cusumThreshold: NamedNode

@@ -114,6 +114,7 @@ def _reading(signal: Signal, plant: PlantDescription) -> list[str]:
     if rule is None:
         return []
     told = [f"{number(rule.stale_s)} s old"]
+    told += [f"a sample every {number(rule.every_s)} s"] if rule.every_s is not None else []
     told += [f"frozen after {number(rule.frozen_s)} s"] if rule.frozen_s is not None else []
     fastest = quantity(rule.fastest, signal.tag.unit, "/s")
     return told + ([f"at most {fastest}"] if rule.fastest is not None else [])

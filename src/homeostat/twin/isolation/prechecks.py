@@ -121,6 +121,9 @@ def flat_lines(window: Window, description: PlantDescription) -> tuple[Finding, 
         if first == 0:
             found += _throughout(window, signal, description)
             continue
+        if signal.tag.name in description.sampled:
+            found += _samples(window, signal, description, rows[changes + 1])
+            continue
         share = _share_equal(values[:first], moving[:first], description.qualities[signal.tag.name])
         if share > _COARSE or share ** (count - 1) > _CHANCE:
             continue
@@ -160,6 +163,20 @@ def _throughout(window: Window, signal: Signal, description: PlantDescription) -
         return ()
     text = f"{signal.tag.name} repeats itself since {since_s:.0f} s although it has noise: {signal.component} is stuck"
     return (Finding(signal.tag.name, What.FROZEN, since_s, window.end_s - since_s, rule.frozen_s, "s", text),)
+
+
+def _samples(window: Window, signal: Signal, description: PlantDescription, changed: Indices) -> tuple[Finding, ...]:
+    """That an analyser is stuck whose samples are the same for longer than the tables let them, and mostly were not
+    before; ``changed``: the rows of ``window`` in which it showed something else than before, the last of them last."""
+    rule, since_s = description.qualities[signal.tag.name], window.at_s(float(changed[-1]))
+    passed_s, before = window.end_s - since_s, float(changed[-1]) / description.sampled[signal.tag.name]
+    if not rule.noise or rule.frozen_s is None or passed_s < rule.frozen_s or len(changed) <= (1.0 - _COARSE) * before:
+        return ()
+    text = (
+        f"{signal.tag.name} shows the same sample since {since_s:.0f} s although it has noise: {signal.component} is "
+        "stuck"
+    )
+    return (Finding(signal.tag.name, What.FROZEN, since_s, passed_s, rule.frozen_s, "s", text),)
 
 
 def _known_to_be_frozen(window: Window, signal: Signal, description: PlantDescription) -> tuple[Finding, ...]:
@@ -202,7 +219,8 @@ def noise_ratios(
 
     Usual is what the model's instruments scatter in the same ticks under the same commands, times how much more or
     less than the model's this one did while healthy. Not judged are instruments that show more of the process's
-    scatter than of their own, and, where noise is a share of the reading, readings at rest or far from the model's.
+    scatter than of their own, analysers, which show each sample for some ticks, and, where noise is a share of the
+    reading, readings at rest or far from the model's.
     """
     modelled = _as_modelled(window, description, model)
     if modelled is None:
@@ -212,7 +230,7 @@ def noise_ratios(
     parts = middle < min((healthy_until_s - window.start_s) / window.tick_s, begin), middle > begin
     found = []
     for signal in _instruments(window, description):
-        if signal.variable not in model.shown:
+        if signal.variable not in model.shown or signal.tag.name in description.sampled:
             continue
         shown = modelled[:, :, list(model.shown).index(signal.variable)]
         ratio = _noise_ratio(window, description, signal, shown, parts)

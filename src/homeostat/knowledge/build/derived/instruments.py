@@ -9,6 +9,11 @@ STALE: Final = 5.0
 """A reading that is older is no reading, in ticks."""
 FROZEN: Final = 10.0
 """A noisy reading that stays the same for longer is frozen, in ticks."""
+SAMPLES: Final = 3.0
+"""An analyser whose samples stay the same for longer is frozen, in samples: noise makes two that are equal next to
+impossible, and two in a row may be lost, when the last one stands for them."""
+LOST: Final = 2.0
+"""How old a sample may be besides, in samples: one may be lost, or be told a dead time of as much late."""
 DOUBTED: Final = 5.0
 """For so long a reading may be missing or doubted before somebody acts, in ticks."""
 SCALE: Final = 0.01
@@ -74,15 +79,20 @@ def _add(draft: Draft, line: Line, variable: str, scale: str, position: bool) ->
 
 def _quality(draft: Draft, line: Line, span: float) -> Cells:
     """When a reading is believed; one without noise of its own may stay the same for long."""
-    noise, tick_s = absolute_noise(line), draft.timing.tick_s
+    noise, tick_s, every_s = absolute_noise(line), draft.timing.tick_s, number(line["every_s"])
+    sampling_s = draft.timing.sampling_s(every_s)
     noisy = NOISE[0] * span <= noise <= NOISE[1] * span
-    seen = {"noise": line["noise"], "frozen_s": written(FROZEN * tick_s)} if noisy else {}
+    frozen_s, stale_s = max(FROZEN * tick_s, SAMPLES * sampling_s), STALE * tick_s
+    if sampling_s > tick_s:
+        stale_s += LOST * sampling_s
+    seen = {"noise": line["noise"], "frozen_s": written(frozen_s)} if noisy else {}
+    seen |= {"every_s": line["every_s"]} if every_s is not None else {}
     fast = {"fastest": line["fastest"]} if line["fastest"] else {}
     words = f"Follows from the row of {line['id']} in instruments.csv"
     return (
         {
             "tag": line["tag"],
-            "stale_s": written(STALE * tick_s),
+            "stale_s": written(stale_s),
             "grace_s": written(DOUBTED * tick_s),
             "description": words,
         }

@@ -88,7 +88,10 @@ def _number(cell: str, ends: tuple[float, float], unit: str, why: str) -> float:
 
 
 def seconds(column: str, why: str) -> BeforeValidator:
-    """A time inside the bounds of ``column`` for the plant's timing [s]; ``why`` says where they come from."""
+    """A time inside the bounds of ``column`` for the plant's timing [s]; ``why`` says where they come from.
+
+    Where the row says before how often its instrument is sampled, they go by that.
+    """
 
     def check(cell: str, info: ValidationInfo) -> float:
         timing, reason = _timing(info), why
@@ -96,7 +99,10 @@ def seconds(column: str, why: str) -> BeforeValidator:
             reason += (
                 f", and the plant responds in {timing.response_s:g} s ([time] response_s, or else the longest Kp / Ki)"
             )
-        return _number(cell, times_s(column, timing), "s", reason)
+        every_s = info.data.get("every_s")
+        if every_s is not None:
+            reason += f", and a sample is taken every {every_s:g} s"
+        return _number(cell, times_s(column, timing, every_s), "s", reason)
 
     return BeforeValidator(check)
 

@@ -13,6 +13,9 @@ class Quality(cells.TableRow):
     """When a reading is good, uncertain or bad."""
 
     tag: cells.Tag
+    every_s: Annotated[
+        float | None, cells.seconds("every_s", "an instrument shows something new each tick or later")
+    ] = None
     stale_s: Annotated[
         float, cells.seconds("stale_s", "readings come once per second, and an older one is never the present one")
     ]

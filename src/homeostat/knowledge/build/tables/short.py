@@ -28,6 +28,9 @@ class Instrument(cells.TableRow):
     noise_unit: cells.Text | None = None
     fastest: cells.OptionalPositive = None
     variable: cells.Name | None = None
+    every_s: Annotated[
+        float | None, cells.seconds("every_s", "an instrument shows something new each tick or later")
+    ] = None
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
