@@ -33,7 +33,7 @@ class QualityRule:
     grace_s: float = 0.0
     """After a step that is too fast, how long the reading is uncertain before it counts again [s]."""
     every_s: float | None = None
-    """Time between two samples of an analyser [s], which shows the last one meanwhile; None: something new each tick."""
+    """Time between two samples of an analyser, which shows the last one meanwhile [s]; None: a new one each tick."""
 
     def most_change(self, after_s: float) -> float:
         """By how much two readings that are ``after_s`` [s] apart differ at most, noise included, in the tag's unit.

@@ -16,6 +16,7 @@ from homeostat.evaluate.lint.designed import held_beyond, opposed_gains
 from homeostat.evaluate.lint.finding import Finding, Place, Severity, split
 from homeostat.evaluate.lint.own_code import module_of, of_model, written
 from homeostat.evaluate.lint.places import Places
+from homeostat.evaluate.lint.sampled import otherwise_sampled, unjudged
 from homeostat.evaluate.lint.stated import of_mistake, of_setting
 from homeostat.knowledge.build.build import GRAPH
 from homeostat.knowledge.build.tables.reading import FOLDER
@@ -90,6 +91,8 @@ def fits(folder: Path) -> Iterator[Finding]:
         yield of_mistake("consistency", error, places)
     if not wrong:
         yield from held_beyond(described, places)
+        yield from otherwise_sampled(described, model, places)
+        yield from unjudged(described, places)
 
 
 def _disagreeing(fitted: _Fitted, wrong: Sequence[Mistake]) -> Iterator[Finding]:

@@ -71,6 +71,8 @@ class ComposedModel:
         self._read = {name: layout.column[name] for name in (*sheet.sensors, *commands, *moving)}
         self.variables: tuple[str, ...] = (*self._read, *self.inputs, *errors)
         self.shown: Mapping[str, int] = self._read
+        self.sampled: Mapping[str, float] = {s.name: s.every_s for s in sheet.sensors.values() if s.every_s > tick_s}
+        """Instrument that shows each of its samples for some ticks -> time between two of them [s]."""
         self._estimation = Estimation(layout, stated)
         self.kernel: Kernel = compiled_kernel(layout)
 
