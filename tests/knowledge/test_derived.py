@@ -57,6 +57,45 @@ def test_an_instrument_has_equipment_errors_and_quality(short: Short) -> None:
     assert short.row("signals", tag="V1.pos")["role"] == "STATUS"
 
 
+def every(short: Short, table: str, seconds: str) -> None:
+    """State how often the first level is sampled."""
+    lines = short.path(table).read_text("utf-8").splitlines()
+    short.write(
+        table, *(f"{line},{'every_s' if not k else seconds * (',L1,' in line)}" for k, line in enumerate(lines))
+    )
+
+
+@pytest.mark.parametrize(
+    ("seconds", "frozen", "stale"), [("30", 90, 65), ("900", 2700, 1805), ("2", 10, 9), ("1", 10, 5)]
+)
+def test_what_is_sampled_is_judged_by_its_samples(short: Short, seconds: str, frozen: float, stale: float) -> None:
+    every(short, "instruments", seconds)
+    row, other = short.row("quality", tag="L1"), short.row("quality", tag="L2")
+    assert (row["every_s"], row["frozen_s"], row["stale_s"]) == (seconds, f"{frozen:g}", f"{stale:g}")
+    assert (other["every_s"], other["frozen_s"], other["stale_s"]) == ("", "10", "5")
+    assert short.mistakes() == []
+    plant = short.plant()
+    rule = plant.qualities["L1"]
+    assert (rule.every_s, rule.frozen_s, rule.stale_s) == (float(seconds), frozen, stale)
+    assert plant.sampled == ({"L1": int(seconds)} if seconds != "1" else {})
+
+
+@pytest.mark.parametrize(
+    ("frozen_s", "stale_s", "said"),
+    [
+        ("90", "5", ""),
+        ("1800", "1800", ""),
+        ("10", "5", "outside 90 to 1800 s"),
+        ("2000", "5", "a sample is taken every 30 s"),
+        ("90", "2000", "outside 1 to 1800 s"),
+    ],
+)
+def test_the_bounds_of_its_times_follow_its_samples(short: Short, frozen_s: str, stale_s: str, said: str) -> None:
+    every(short, "instruments", "30")
+    short.write("quality", "tag,noise,frozen_s,stale_s,every_s", f"L1,0.005,{frozen_s},{stale_s},30")
+    assert said in "".join(map(str, short.mistakes())) and bool(said) == bool(short.mistakes())
+
+
 def test_the_readings_of_a_loop_are_measured_wherever_its_instrument_is(short: Short) -> None:
     short.edit("instruments", "FT1,F1,L/s,0,1,B1", "FT1,F1,L/s,0,1,V1")
     assert short.row("signals", tag="F1")["role"] == "PV"

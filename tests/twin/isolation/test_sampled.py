@@ -1,0 +1,65 @@
+"""An analyser shows each sample for some time: that is no stuck instrument, and one that is stuck is found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from homeostat.domain.plant.description import PlantDescription
+from homeostat.domain.snapshot import Snapshot
+from homeostat.twin.history import History, Window
+from homeostat.twin.isolation.prechecks import What, flat_lines, noise_ratios
+from tests.twin.followed import reactor, readings
+
+END_S = 1200
+TAG = "T1"
+
+
+def sampled(every: int) -> PlantDescription:
+    """The reactor, with a thermometer that shows something new every so many seconds."""
+    d = reactor().description
+    rule = replace(d.qualities[TAG], every_s=float(every), frozen_s=3.0 * every, fastest=None)
+    return replace(d, qualities={**d.qualities, TAG: rule})
+
+
+def seen(every: int, stuck_s: float, last: int, known: bool = True) -> Window:
+    """The last readings of one that is stuck from a time on; ``known``: its samples are."""
+    d = sampled(every)
+    history = History(d.variables, reactor().model.inputs, sampled=d.sampled if known else None)
+    shown = 0.0
+    for k, snapshot in enumerate(readings(5, END_S)):
+        if k % every == 0 and snapshot.at_s < stuck_s:
+            shown = snapshot.values[TAG]
+        history.append(Snapshot(snapshot.at_s, {**snapshot.values, TAG: shown}))
+    return history.window(last)
+
+
+@settings(max_examples=10)
+@given(st.integers(2, 90), st.integers(60, END_S))
+def test_a_sound_one_is_never_stuck_nor_noisy(every: int, last: int) -> None:
+    window = seen(every, END_S + 1.0, last)
+    assert flat_lines(window, sampled(every)) == ()
+    assert TAG not in {f.tag for f in noise_ratios(window, sampled(every), reactor().model)}
+
+
+@settings(max_examples=10)
+@given(st.integers(2, 90), st.integers(60, END_S))
+def test_one_that_is_stuck_for_more_than_three_samples_is_found(every: int, last: int) -> None:
+    stuck_s = END_S - 4.0 * every
+    (found,) = flat_lines(seen(every, stuck_s, last), sampled(every))
+    assert (found.tag, found.what, found.limit) == (TAG, What.FROZEN, 3.0 * every)
+    assert stuck_s - every <= found.since_s <= stuck_s + 1.0
+
+
+def test_one_that_is_stuck_for_less_is_not() -> None:
+    assert flat_lines(seen(30, END_S - 60.0, 600), sampled(30)) == ()
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_it_was_lively_before_only_where_its_samples_are_counted(known: bool) -> None:
+    """Of a window in which it is stuck throughout, what was before says that it is no coarse one."""
+    window = seen(30, 900.0, 250, known)
+    assert [f.tag for f in flat_lines(window, sampled(30))] == [TAG] * known
