@@ -102,6 +102,26 @@ def test_a_reading_that_is_marked_bad_says_nothing() -> None:
     assert still.symptoms == ()
 
 
+def test_what_the_guard_has_called_frozen_stands_still_from_then_on() -> None:
+    still, _ = watched(moving(20))
+    still.take(replace(shown(120.0, 10.0), bad=frozenset({"L1"}), frozen_s={"L1": 110.0}))
+    still.judge(120.0)
+    (symptom,) = still.symptoms
+    assert symptom.rule == repeats("L1") and still.stands("L1", 110.0)
+    for k, level in enumerate(moving(MOVING)):
+        still.take(shown(121.0 + k, level))
+    assert still.symptoms == () and still.moves_since("L1", 110.0) == 121.0
+
+
+def test_an_analyser_between_two_samples_makes_no_old_picture() -> None:
+    sampled = replace(D, qualities={tag: replace(rule, every_s=30.0) for tag, rule in D.qualities.items()})
+    picture, every = Picture(sampled), Picture(D)
+    seen = [shown(100.0 + k, 10.0, T1=1.0) for k in range(3)]
+    still = [replace(each, values={**each.values, "T1": 310.0}) for each in seen]
+    assert [picture.repeats(each) for each in still] == [False, False, False]
+    assert [every.repeats(each) for each in still] == [False, True, True]
+
+
 def test_one_that_comes_seldom_or_has_fallen_silent_repeats_nothing() -> None:
     """The link shows its last value again, with the time at which that was taken."""
     still = Still(D, found)

@@ -98,8 +98,12 @@ class Still:
         return {rule: until_s for rule, until_s in acknowledged.items() if rule not in names}
 
     def take(self, snapshot: Snapshot) -> None:
-        """Take one more snapshot; what is bad, or was taken before, says nothing."""
+        """Take one more snapshot; what is bad, but for being frozen, or was taken before says nothing."""
         for tag, seen in self._seen.items():
+            if tag in snapshot.frozen_s:
+                seen.repeated_s = max(seen.repeated_s, snapshot.at_s - snapshot.frozen_s[tag], self._longest_s[tag])
+                seen.before, seen.moved = seen.moved or seen.before, 0
+                continue
             value, taken_s = snapshot.values.get(tag, math.nan), snapshot.taken_s.get(tag, snapshot.at_s)
             if math.isfinite(value) and tag not in snapshot.bad and taken_s > seen.taken_s:
                 self._compare(tag, seen, value, taken_s)
@@ -151,7 +155,8 @@ class Picture:
 
     def __init__(self, plant: PlantDescription) -> None:
         """Nothing was seen yet."""
-        self._noisy = tuple(r.tag for r in plant.qualities.values() if r.noise and r.frozen_s is not None)
+        judged = (rule for rule in plant.qualities.values() if rule.noise and rule.frozen_s is not None)
+        self._noisy = tuple(rule.tag for rule in judged if rule.every_s is None)
         measured = (s.tag.name for s in plant.signals if s.relation is Relation.MEASURES)
         self._shown = tuple(dict.fromkeys((*self._noisy, *measured)))
         self._before: tuple[float, ...] = ()
