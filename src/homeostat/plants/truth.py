@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from homeostat.domain.disturbance import Disturbance, DisturbanceError
 from homeostat.plants.error import PlantError
 from homeostat.process.blocks.composed import ComposedModel
-from homeostat.process.blocks.flowsheet import FlowsheetError
+from homeostat.process.blocks.given import FlowsheetError
 from homeostat.process.blocks.true import TrueFlowsheet, plain_truth
 from homeostat.process.model import ProcessModel, written_in
 from homeostat.process.truth import TrueModel

@@ -8,7 +8,7 @@ import pytest
 
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import load_plant
-from homeostat.process.blocks.flowsheet import FlowsheetError
+from homeostat.process.blocks.given import FlowsheetError
 from homeostat.process.blocks.layout import Layout
 from tests.plants.copies import Copy
 from tests.plants.timed.stretched import Stretched

@@ -176,3 +176,18 @@ def test_a_concentration_may_be_negative_where_it_is_said_to() -> None:
 
     assert mixed(0.0) == 0.0
     assert mixed(None) == pytest.approx(-2.5, rel=1e-3), "10 L of nothing and 10 L of -5 mmol/L"
+
+
+def test_a_disturbance_spreads_as_its_docstring_says() -> None:
+    """By hand: sd 2, a filter of 8 s and a tick of 1 s give 2 sqrt(tanh(1/16)) = 0.4997; a lag of 24 s half of that."""
+    s = Flowsheet()
+    outside = s.disturbance("T_in", sd="sd_in", tau="tau_in")
+    behind = s.lag("behind", outside, "slow")
+    s.rate(s.state("x", "1", 0.0), outside * 0.0)
+    s.sensor("T", outside)
+    s.quantity("calm", behind)
+    stated = {"T_in": 0.0, "sd_in": 2.0, "tau_in": 8.0, "slow": 24.0}
+    model = composed(s, stated)
+    _, course = run(model, stated, commanded(model), 60_000, noise=1.0)
+    assert float(np.std(course["T_in_now"][1000:])) == pytest.approx(0.4997, rel=0.05)
+    assert float(np.std(course["behind"][1000:])) == pytest.approx(0.2498, rel=0.07)

@@ -22,6 +22,7 @@ from homeostat.knowledge.build.provenance import sha256
 from homeostat.plants.configuration import configuration_digest
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.folder import SETTINGS, PlantFiles
+from homeostat.process.blocks.given import FlowsheetError
 
 _PACKAGE: Final = "__init__.py"
 _TRUE: Final = "true/"
@@ -62,7 +63,7 @@ def import_own(files: PlantFiles, module: str) -> ModuleType:
     except KeyboardInterrupt:
         raise
     except BaseException as broken:  # it is anybody's code
-        raise PlantError(f"{files.folder.name}/{SETTINGS}: {told(files, broken)}; {remedy(broken)}") from None
+        raise PlantError(f"{files.folder.name}/{SETTINGS}: {told(files, broken)}{remedy(broken)}") from None
 
 
 def told(files: PlantFiles, broken: BaseException) -> str:
@@ -71,10 +72,12 @@ def told(files: PlantFiles, broken: BaseException) -> str:
 
 
 def remedy(broken: BaseException) -> str:
-    """What to do about it: Python takes a symbol for a text where no term stands beside it."""
+    """What to do about it, behind what was told: Python takes a symbol for a text where no term stands beside it."""
+    if isinstance(broken, FlowsheetError) and "; " in str(broken):
+        return ""  # it says that itself
     if isinstance(broken, TypeError) and any(word in str(broken) for word in _OF_A_TEXT):
-        return 'write term("SYMBOL") where a symbol meets a number or another symbol, as in term("cp") / 1000'
-    return "mend it"
+        return '; write term("SYMBOL") where a symbol meets a number or another symbol, as in term("cp") / 1000'
+    return "; mend it"
 
 
 def _package(files: PlantFiles) -> str:

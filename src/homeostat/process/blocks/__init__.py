@@ -13,7 +13,8 @@ from homeostat.process.blocks.equipment import (
     valve_flow,
 )
 from homeostat.process.blocks.exchanger import Exchanger
-from homeostat.process.blocks.flowsheet import Flowsheet, FlowsheetError
+from homeostat.process.blocks.flowsheet import Flowsheet
+from homeostat.process.blocks.given import FlowsheetError
 from homeostat.process.blocks.parts import Actuator, Law
 from homeostat.process.blocks.term import Term, exp, limited, log, maximum, minimum, number, sqrt, term, where
 from homeostat.process.blocks.vessel import Vessel

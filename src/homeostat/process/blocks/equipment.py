@@ -39,7 +39,7 @@ def centrifugal_flow(curve: tuple[Operand, Operand], speed: Operand, head: Opera
 
 def overflow(volume: Term, brim: Operand, rate: Operand) -> Term:
     """Flow over a weir, k (V - V_brim) where V is above the brim."""
-    return term(rate) * maximum(volume - term(brim), 0.0)
+    return term(rate) * maximum(term(volume) - term(brim), 0.0)
 
 
 def heater(power: Operand, opening: Operand) -> Term:
@@ -68,4 +68,4 @@ def counter_current(ua: Operand, hot: tuple[Operand, Operand], cold: tuple[Opera
 
 def arrhenius(prefactor: Operand, activation: Operand, temperature: Term, gas: Operand = GAS_CONSTANT) -> Term:
     """Rate constant k0 exp(-E / (R T)); E [J/mol], T [K], ``gas`` R where a source rounds it."""
-    return term(prefactor) * exp(-term(activation) / (term(gas) * temperature))
+    return term(prefactor) * exp(-term(activation) / (term(gas) * term(temperature)))

@@ -15,7 +15,8 @@ from __future__ import annotations
 
 from typing import Final, final
 
-from homeostat.process.blocks.flowsheet import Flowsheet, FlowsheetError
+from homeostat.process.blocks.flowsheet import Flowsheet
+from homeostat.process.blocks.given import FlowsheetError, operand, plain_number
 from homeostat.process.blocks.term import ZERO, Operand, Term, term
 
 MOST_CELLS: Final = 10
@@ -32,7 +33,7 @@ class Exchanger:
         ``ua``: heat that passes per kelvin [kW/K], which the fault ``NAME_fouled`` takes its severity [1] of. ``cells``
         of each side. FlowsheetError where these are not 1 to 10.
         """
-        if not 1 <= cells <= MOST_CELLS:
+        if not 1 <= (count := plain_number(f"exchanger {name}", "cells", cells)) <= MOST_CELLS or count % 1.0:
             raise FlowsheetError(f"exchanger {name}: cells = {cells}; a side has 1 to {MOST_CELLS} of them")
         self.name = name
         """Name of the equipment."""
@@ -62,12 +63,12 @@ class Exchanger:
     def hot(self, flow: Term, inlet: Operand, held: Operand) -> None:
         """What gives heat: its heat capacity ``flow``, its ``inlet`` temperature, and the heat capacity ``held``."""
         before = [term(inlet), *self._hot[:-1]]
-        self._side(flow, before, self._hot, held, -1.0)
+        self._side(operand(f"exchanger {self.name}", "flow", flow), before, self._hot, held, -1.0)
 
     def cold(self, flow: Term, inlet: Operand, held: Operand) -> None:
         """What takes heat: its heat capacity ``flow``, its ``inlet`` temperature, and the heat capacity ``held``."""
         before = [*self._cold[1:], term(inlet)]
-        self._side(flow, before, self._cold, held, 1.0)
+        self._side(operand(f"exchanger {self.name}", "flow", flow), before, self._cold, held, 1.0)
 
     def _side(self, flow: Term, before: list[Term], cells: list[Term], held: Operand, sign: float) -> None:
         for come, here, passed in zip(before, cells, self._passed, strict=True):

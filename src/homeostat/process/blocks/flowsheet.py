@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import inspect
-import math
-import re
 from collections.abc import Callable, Container, Iterator, Mapping
 from typing import Final, Literal, final
 
+from homeostat.process.blocks.given import FlowsheetError, operand, plain_number, positive, refuse_name
 from homeostat.process.blocks.parts import (
     Actuator,
     Controller,
@@ -26,7 +25,6 @@ from homeostat.process.blocks.parts import (
 )
 from homeostat.process.blocks.term import TIME, ZERO, Leaf, Operand, Term, exp, leaves, term, where
 
-_NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,40}")
 LONGEST_DELAY: Final = 600
 """Longest dead time, and analyser's time, in ticks: each of a dead time is a number that every member carries."""
 
@@ -34,10 +32,6 @@ COMMANDS: Final = "commands"
 """A record is followed by what was commanded."""
 SETPOINTS: Final = "setpoints"
 """A record is followed by what was to be held."""
-
-
-class FlowsheetError(ValueError):
-    """A flowsheet that cannot be a model; the message says what is wrong and what to do."""
 
 
 @final
@@ -59,11 +53,11 @@ class Flowsheet:
         ``replayed``: what the twin is given when it follows a record. ``setpoints`` is for a plant that runs away under
         the commands of another one, however near: its own controllers act then.
         """
-        if not 1 <= parts <= 100:
-            raise FlowsheetError(f"parts = {parts}: a tick is integrated in 1 to 100 steps")
-        if fastest_s is not None and not (fastest_s > 0.0 and math.isfinite(fastest_s)):
+        if not 1 <= (steps := plain_number("flowsheet", "parts", parts)) <= 100 or steps % 1.0:
+            raise FlowsheetError(f"parts = {parts}: a tick is integrated in 1 to 100 steps, a whole number of them")
+        if fastest_s is not None and not plain_number("flowsheet", "fastest_s", fastest_s) > 0.0:
             raise FlowsheetError(f"fastest_s = {fastest_s}: it is a time in seconds, more than 0, or it is left out")
-        self.parts = term(float(parts))
+        self.parts = term(steps)
         """Steps of the integration in a tick, a whole number; a term where that depends on the states."""
         self.fastest_s = fastest_s
         """Time of the fastest motion [s], for which growing steps are taken; None for Runge-Kutta 4."""
@@ -103,7 +97,9 @@ class Flowsheet:
         to be where no instrument tells, ``start`` where left out.
         """
         self._take(name)
-        self.states[name] = State(name, unit, term(start), least, term(start if usual is None else usual))
+        who, first = f"state {name}", operand(f"state {name}", "start", start)
+        lowest = None if least is None else plain_number(who, "least", least)
+        self.states[name] = State(name, unit, first, lowest, first if usual is None else operand(who, "usual", usual))
         return self.states[name].term
 
     def rate(self, state: Term, change: Term | Callable[[], Term]) -> None:
@@ -112,7 +108,7 @@ class Flowsheet:
             raise FlowsheetError(f"{state!r:.100} is no state of this flowsheet; add it with state(...)")
         if str(state.value) in self._rates:
             raise FlowsheetError(f"the rate of {state.value} is stated twice; state it once, as a sum")
-        self._rates[str(state.value)] = change if callable(change) else lambda: change
+        self._rates[str(state.value)] = change if callable(change) else lambda: term(change)
 
     def rests(self, state: Term) -> None:
         """``state`` is taken to be where its rate is 0 where a plant is found running and no instrument shows it.
@@ -154,12 +150,15 @@ class Flowsheet:
         ``{"weak": "pump_wear"}``. ``withheld``: what an override takes off whatever it is commanded [1].
         """
         self._take(name)
-        if not 0.0 <= start <= 1.0:
+        if not 0.0 <= plain_number(who := f"actuator {name}", "start", start) <= 1.0:
             raise FlowsheetError(f"actuator {name}: start = {start:g} must be within 0 and 1")
-        taus = tuple(map(term, lags if lags is not None else (f"tau_{name}",)))
+        several = (lags,) if isinstance(lags, str | Term | float | int) else lags
+        taus = tuple(positive(who, "lag", each) for each in (several if several is not None else (f"tau_{name}",)))
         if not 1 <= len(taus) <= 2:
             raise FlowsheetError(f"actuator {name}: {len(taus)} lags; give one or two time constants")
-        made = self.actuators[name] = Actuator(name, taus, automatic, start, dict(faults or {}), withheld)
+        by = automatic if automatic is None else operand(who, "automatic", automatic)
+        off = operand(who, "withheld", withheld)
+        made = self.actuators[name] = Actuator(name, taus, by, start, dict(faults or {}), off)
         for each in (made.stuck_open, made.stuck_closed, made.weak):
             self.fault(each)
         return made
@@ -186,8 +185,10 @@ class Flowsheet:
             )
         if any(c.measured == measured for c in self.controllers.values()) and setpoint is None:
             raise FlowsheetError(f"controller {name}: {measured} has a controller already, and one setpoint")
+        who = f"controller {name}"
+        given = None if setpoint is None else operand(who, "setpoint", setpoint)
         made = self.controllers[name] = Controller(
-            name, measured, acts, term(forward), setpoint, derivative, law or Law()
+            name, measured, acts, operand(who, "forward", forward), given, derivative, law or Law()
         )
         return made
 
@@ -233,10 +234,11 @@ class Flowsheet:
         ``off``: what faults of its own add to what it shows.
         """
         self._take(name)
-        if not (0.0 <= every_s < float("inf") and 0.0 <= step < float("inf")):
+        who = f"sensor {name}"
+        if plain_number(who, "every_s", every_s) < 0.0 or plain_number(who, "step", step) < 0.0:
             raise FlowsheetError(f"sensor {name}: every_s = {every_s:g} s and step = {step:g} must be at least 0")
         bias, noise = map(term, errors or (f"bias_{name}", f"sd_{name}"))
-        self.sensors[name] = Sensor(name, term(of), relative, step, every_s, bias, noise, off)
+        self.sensors[name] = Sensor(name, term(of), relative, step, every_s, bias, noise, operand(who, "off", off))
         for each in self.disturbances.values():
             if of == each.now and each.measured is None:
                 self.disturbances[each.name] = Disturbance(each.name, each.sd, each.tau, name)
@@ -245,31 +247,34 @@ class Flowsheet:
     def disturbance(self, name: str, sd: Operand | None = None, tau: Operand | None = None) -> Term:
         """What comes from outside, such as a feed temperature: the parameter ``name``, and coloured noise around it.
 
-        ``sd``: standard deviation of the unfiltered noise; ``tau``: time constant of its filter [s].
+        ``sd``: standard deviation of the unfiltered noise, drawn anew each tick; ``tau``: time constant of its filter
+        [s]. What comes out spreads by sd sqrt(tanh(tick / (2 tau))), about sd sqrt(tick / (2 tau)): 0.1 of an sd of 1
+        with 50 s and a tick of 1 s, and by sqrt(tau / (tau + T)) of that behind a vessel or lag with the time T.
         """
         self._take(f"{name}_now")
-        noise = None if sd is None else term(sd)
-        self.disturbances[name] = Disturbance(name, noise, None if tau is None else term(tau), None)
+        who = f"disturbance {name}"
+        noise = None if sd is None else positive(who, "sd", sd, zero=True)
+        self.disturbances[name] = Disturbance(name, noise, None if tau is None else positive(who, "tau", tau), None)
         return self.disturbances[name].now
 
     def lag(self, name: str, of: Term, tau: Operand) -> Term:
         """A quantity that follows ``of`` with the time constant ``tau`` [s]."""
         self._take(name)
-        self.lags[name] = Lag(name, of, term(tau))
+        self.lags[name] = Lag(name, operand(f"lag {name}", "of", of), positive(f"lag {name}", "tau", tau))
         return held(name)
 
     def delay(self, name: str, of: Term, seconds: float) -> Term:
-        """``of`` as it was ``seconds`` ago, in whole ticks."""
+        """``of`` as it was ``seconds`` ago, in whole ticks; a number, because as many values are remembered."""
         self._take(name)
-        if not 0.0 < seconds < float("inf"):
+        if plain_number(f"delay {name}", "seconds", seconds) <= 0.0:
             raise FlowsheetError(f"delay {name}: {seconds!r} s must be more than 0 s, and have an end")
-        made = self.lags[name] = Delay(name, of, seconds)
+        made = self.lags[name] = Delay(name, operand(f"delay {name}", "of", of), seconds)
         return held(made.oldest)
 
     def hold(self, name: str, of: Term) -> Term:
         """``of`` as it is at the start of a tick, for the whole of it."""
         self._take(name)
-        self.lags[name] = Hold(name, of)
+        self.lags[name] = Hold(name, operand(f"hold {name}", "of", of))
         return held(name)
 
     def networks(self, network: Network) -> None:
@@ -289,14 +294,16 @@ class Flowsheet:
         where nothing tells, ``start`` where left out.
         """
         self._take(name)
-        self.memories[name] = Memory(name, start, update(held(name)), start if usual is None else usual)
+        who, first = f"memory {name}", plain_number(f"memory {name}", "start", start)
+        found = first if usual is None else plain_number(who, "usual", usual)
+        self.memories[name] = Memory(name, first, operand(who, "update", update(held(name))), found)
         return held(name)
 
     def quantity(self, name: str, of: Term) -> Term:
         """Something of the true plant that results and totals may name though no instrument shows it."""
         self._take(name)
-        self.quantities[name] = Quantity(name, of)
-        return of
+        self.quantities[name] = Quantity(name, operand(f"quantity {name}", "of", of))
+        return self.quantities[name].of
 
     def switch(self, name: str, condition: Term) -> Term:
         """A switch of the plant, as of a dry pump: 1 where ``condition`` holds, which control may know, else 0."""
@@ -318,7 +325,7 @@ class Flowsheet:
 
     def growing(self, name: str, tau: Operand) -> Term:
         """A fault that grows into its severity with the time constant ``tau`` [s] from its onset on."""
-        return self.fault(name) * (1.0 - exp(-Term(Leaf.AGE, value=name) / term(tau)))
+        return self.fault(name) * (1.0 - exp(-Term(Leaf.AGE, value=name) / positive(f"fault {name}", "tau", tau)))
 
     def complete(self) -> dict[str, Term]:
         """State -> its rate of change per second; FlowsheetError where something is missing or comes from nowhere."""
@@ -381,18 +388,11 @@ class Flowsheet:
         self._check(name, self._names)
         self._names.add(name)
 
-    def _known_as(self, name: str) -> str:
-        """What ``name`` is in messages; empty where it is none of the parts that have a name of their own."""
+    def _check(self, name: str, taken: Container[str]) -> None:
+        """Refuse a name that is no name, or that something of its kind has."""
         kinds: dict[str, Container[str]] = {
             "a state": self.states, "an actuator": self.actuators, "a controller": self.controllers,
             "a lag, dead time or network": self.lags, "a memory": self.memories, "a disturbance": self.disturbances,
             "a sensor": self.sensors, "a quantity": self.quantities, "a fault": self.faults,
         }  # fmt: skip
-        return next((f" as {kind}" for kind, parts in kinds.items() if name in parts), "")
-
-    def _check(self, name: str, taken: Container[str]) -> None:
-        """Refuse a name that is no name, or that something of its kind has."""
-        if not _NAME.fullmatch(name):
-            raise FlowsheetError(f"{name!r:.60} is no name; write letters, digits and _, beginning with a letter")
-        if name in taken:
-            raise FlowsheetError(f"{name!r} is there already{self._known_as(name)}; give each part a name of its own")
+        refuse_name(name, taken, kinds)

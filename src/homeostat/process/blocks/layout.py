@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
-from homeostat.process.blocks.flowsheet import LONGEST_DELAY, Flowsheet, FlowsheetError
+from homeostat.process.blocks.flowsheet import LONGEST_DELAY, Flowsheet
+from homeostat.process.blocks.given import FlowsheetError
 from homeostat.process.blocks.hydraulics.solver import room
 from homeostat.process.blocks.parts import Delay, Disturbance, Hold, Network
 from homeostat.process.blocks.stabilised import Stage, stages_of

@@ -12,7 +12,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import final
 
-from homeostat.process.blocks.flowsheet import Flowsheet, FlowsheetError
+from homeostat.process.blocks.flowsheet import Flowsheet
+from homeostat.process.blocks.given import FlowsheetError, operand, plain_number
 from homeostat.process.blocks.term import TICK, ZERO, Operand, Term, maximum, minimum, number, term
 
 
@@ -28,7 +29,7 @@ class Vessel:
         With an empty ``name``, as of the only vessel, the state is ``V``. ``leak``: what leaks; where it is left out,
         the severity [1/s] of the fault ``NAME_leak`` times the volume.
         """
-        if not 0.0 < heel < float("inf"):
+        if plain_number(f"vessel {name}", "heel", heel) <= 0.0:
             raise FlowsheetError(f"vessel {name}: heel = {heel} {unit} must be more than 0")
         self.name = name
         """Name of the equipment."""
@@ -95,31 +96,38 @@ class Vessel:
         """``flow`` comes in, with its temperature and concentrations; what is not stated is none of that species."""
         if unknown := sorted(set(concentrations) - set(self._reacting)):
             raise FlowsheetError(f"vessel {self.name} holds no {unknown[0]!r}; say so with holds(...) first")
-        self._inflows.append((flow, None if temperature is None else term(temperature), concentrations))
+        self._inflows.append(
+            (
+                operand(f"vessel {self.name}", "flow", flow),
+                None if temperature is None else term(temperature),
+                concentrations,
+            )
+        )
 
     def draw(self, flow: Term) -> Term:
         """``flow`` leaves, and never more than half of what is there in a tick; gives what does."""
-        return self.release(minimum(flow, self.volume / (2.0 * TICK)))
+        return self.release(minimum(operand(f"vessel {self.name}", "flow", flow), self.volume / (2.0 * TICK)))
 
     def release(self, flow: Term) -> Term:
         """``flow`` leaves as it is: who states it sees to it that it is no more than there is."""
-        self._outflows.append(flow)
-        return flow
+        self._outflows.append(operand(f"vessel {self.name}", "flow", flow))
+        return self._outflows[-1]
 
     def heat(self, power: Term) -> None:
         """``power`` heats it; what is negative cools it."""
-        self._heat.append(power)
+        self._heat.append(operand(f"vessel {self.name}", "power", power))
 
     def react(self, rate: Term, heat: Operand = 0.0, **species: float) -> None:
         """A reaction at ``rate`` [amount per volume and second], with its stoichiometry, as ``A=-1, B=1``.
 
         ``heat``: enthalpy of reaction per amount; negative where it heats.
         """
+        pace = operand(f"vessel {self.name}", "rate", rate)
         for name, factor in species.items():
             if name not in self._reacting:
                 raise FlowsheetError(f"vessel {self.name} holds no {name!r}; say so with holds(...) first")
-            self._reacting[name].append(factor * rate)
-        self._reacted.append(-term(heat) * rate)
+            self._reacting[name].append(factor * pace)
+        self._reacted.append(-term(heat) * pace)
 
     def _volume_rate(self) -> Term:
         return self.inflow - self.outflow

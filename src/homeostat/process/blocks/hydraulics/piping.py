@@ -14,7 +14,8 @@ from __future__ import annotations
 
 from typing import final
 
-from homeostat.process.blocks.flowsheet import Flowsheet, FlowsheetError
+from homeostat.process.blocks.flowsheet import Flowsheet
+from homeostat.process.blocks.given import FlowsheetError, operand
 from homeostat.process.blocks.hydraulics.solver import ONE_WAY, PIPE, PUMP
 from homeostat.process.blocks.parts import Branch, Network, held
 from homeostat.process.blocks.term import ZERO, Operand, Term, maximum, term
@@ -58,14 +59,15 @@ class Piping:
         ``curve``: a [m], b [m/(L/s)], and c with the resistance of its pipe [m/(L/s)^2]; ``speed``: n [1].
         """
         a, b, c = map(term, curve)
-        return self._add(name, PUMP, ends, c, (a, b, speed))
+        return self._add(name, PUMP, ends, c, (a, b, operand(f"pump {name}", "speed", speed)))
 
     def _add(
         self, name: str, kind: float, ends: tuple[Term, Term], resistance: Term, rest: tuple[Term, Term, Term]
     ) -> Term:
         junctions = [held(each) for each in self._network.junctions]
-        if not set(ends) & set(junctions):
+        first, last = (operand(f"branch {name}", "end", each) for each in ends)
+        if not {first, last} & set(junctions):
             raise FlowsheetError(f"branch {name}: neither end is a junction of network {self._network.name}; name one")
         column = self._sheet.named(f"{self._network.name}_{name}")
-        self._network.branches.append(Branch(column, kind, ends, resistance, rest))
+        self._network.branches.append(Branch(column, kind, (first, last), resistance, rest))
         return held(column)
