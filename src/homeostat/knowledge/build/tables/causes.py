@@ -13,6 +13,7 @@ from typing import Final
 from homeostat.knowledge.store.error import Code, GraphError
 
 _PLACE: Final = re.compile(r"(?P<table>\w+)\.csv row (?P<row>\d+)")
+_KEY: Final = re.compile(r"\('(?P<key>[^']*)'\)$")
 _FOLLOWS: Final = "a row that follows from"
 _MAKING: Final = frozenset({"equipment", "instruments", "loops"})
 """Tables from whose rows tags follow."""
@@ -26,10 +27,12 @@ def first_causes(found: Sequence[GraphError]) -> list[GraphError]:
     wrong = [error for error in wrong if not _derived(error, wrong)]
     kept: list[GraphError] = []
     said = set[tuple[str, str]]()
+    nameless = {error.thing for error in own if (name := unknown_name(error.message)) and name == _key(error)}
     for error in found:
-        row, unknown = _row(error), _unknown(error)
+        row, unknown = _row(error), unknown_name(error.message)
         follows = _FOLLOWS in error.thing and any(_row(each) == row for each in own)
         follows = follows or _derived(error, wrong)
+        follows = follows or (error.code is Code.MISSING_VALUE and error.thing in nameless)  # it would have been filled
         if not follows and (row, unknown or error.message) not in said:
             said.add((row, unknown or error.message))
             kept.append(error)
@@ -38,17 +41,23 @@ def first_causes(found: Sequence[GraphError]) -> list[GraphError]:
 
 def _derived(error: GraphError, wrong: Sequence[GraphError]) -> bool:
     """Whether it misses a tag, such as ``V1.man``, of something that a mistake in ``wrong`` is about."""
-    base, dot, _ = _unknown(error).rpartition(".")
+    base, dot, _ = unknown_name(error.message).rpartition(".")
     if not dot or error.code not in (Code.UNKNOWN_TAG, Code.UNKNOWN_PARAMETER):
         return False
     about = re.compile(rf"(?<![\w.]){re.escape(base)}(?![\w])")
     return any(each is not error and about.search(f"{each.thing} {each.message}") for each in wrong)
 
 
-def _unknown(error: GraphError) -> str:
-    """What it says that there is not; empty for any other mistake."""
-    found = _UNKNOWN.search(error.message)
+def unknown_name(message: str) -> str:
+    """What a message says that there is not; empty for any other one."""
+    found = _UNKNOWN.search(message)
     return found["name"] if found else ""
+
+
+def _key(error: GraphError) -> str:
+    """What the row of a mistake is about."""
+    found = _KEY.search(error.thing)
+    return found["key"] if found else ""
 
 
 def _row(error: GraphError) -> str:

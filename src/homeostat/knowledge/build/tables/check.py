@@ -8,10 +8,11 @@ from pydantic import ValidationError
 
 from homeostat.domain.plant.timing import Timing
 from homeostat.knowledge.build.derived.tables import derived, idle_omissions, stated_tables
-from homeostat.knowledge.build.tables.causes import first_causes
+from homeostat.knowledge.build.tables.causes import first_causes, unknown_name
 from homeostat.knowledge.build.tables.cells import CellError, Reads, Refers, TableRow, shown
 from homeostat.knowledge.build.tables.reading import FOLDER, OPTIONAL, OPTIONAL_COLUMNS, Rows, is_short
 from homeostat.knowledge.build.tables.schemas import EVERY, SCHEMAS, SHORT_SCHEMAS
+from homeostat.knowledge.build.tables.undriven import undriven
 from homeostat.knowledge.build.timing import timing_of
 from homeostat.knowledge.store.error import Code, GraphError, refuse
 from homeostat.stl.spelling import near_matches
@@ -101,7 +102,7 @@ def mistakes(folder: Path) -> Iterator[GraphError]:
 def _mistakes(folder: Path) -> Iterator[GraphError]:
     tables, unread = stated_tables(folder)
     yield from unread
-    short, timing = is_short(folder), timing_of(folder)
+    short, timing, whole = is_short(folder), timing_of(folder), tables
     for path in sorted((folder / FOLDER).glob("*.csv")):
         if path.stem not in (EVERY if short else SCHEMAS):
             read = "the mapping does not read it"
@@ -114,11 +115,17 @@ def _mistakes(folder: Path) -> Iterator[GraphError]:
         if bad or unread:
             return
         yield from _idle(tables, timing)
-        tables = derived(tables, timing)
-    for name, table in tables.items():
+        whole = derived(tables, timing)
+    unknown = [
+        (name, GraphError(code, _place(name, number, whole[name]), f"{whole[name].told(column)}: {message}"))
+        for name, number, column, code, message in unknown_names(whole, {name: EVERY[name][0] for name in whole})
+    ]
+    misspelt = any(name == "loops" and unknown_name(error.message).endswith(".cmd") for name, error in unknown)
+    if short and not misspelt:
+        yield from undriven(tables, [(error.thing, error.message) for _, error in unknown])
+    for name, table in whole.items():
         yield from _columns(name, table) or _cells(name, table, timing)
-    for name, number, column, code, message in unknown_names(tables, {name: EVERY[name][0] for name in tables}):
-        yield GraphError(code, _place(name, number, tables[name]), f"{tables[name].told(column)}: {message}")
+    yield from (error for _, error in unknown)
 
 
 def _idle(tables: Mapping[str, Rows], timing: Timing) -> Iterator[GraphError]:
