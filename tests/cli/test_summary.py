@@ -10,6 +10,7 @@ import pytest
 from homeostat.domain.cost import Cost, CostItem
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.events.trips import FallbackActivated
+from homeostat.domain.outcome import Outcome
 from homeostat.domain.recovery import Command
 from homeostat.journal import Event
 from homeostat.record.result import Exposure, Result, read_result
@@ -48,6 +49,13 @@ def test_what_was_done_is_told_with_its_own_time(result: Result) -> None:
     assert rows(again, (released(FIRST), 2008.0), (released(LAST), 4021.0))["Done"] == (
         "by the search: F1.sp to 0.02 L/s (at 4021 s; the first release was at 2008 s)"
     )
+
+
+def test_what_is_held_produces_next_to_nothing_at_the_end_and_may_have_lost_little(result: Result) -> None:
+    held = replace(result, outcome=Outcome.HELD, production_loss=0.059)
+    headline = next(iter(summary(held, Story(PLANT), PLANT, Path("run"))))
+    assert headline == "Held: the plant is safe, but at the end it produces next to nothing."
+    assert rows(held)["Production"].startswith("5.9 % lost since")
 
 
 def test_a_fallback_is_told_with_its_own_time(result: Result) -> None:

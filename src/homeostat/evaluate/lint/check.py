@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 from homeostat.evaluate.lint.checks import LOADING
 from homeostat.evaluate.lint.child import Begun, carried_out
@@ -33,23 +34,34 @@ class Checked:
         return not any(finding.counts for finding in self.findings)
 
 
-def check(name: str, names: Sequence[str] = LOADING, told: Callable[[Begun], None] = lambda begun: None) -> Checked:
+def check(
+    name: str,
+    names: Sequence[str] = LOADING,
+    told: Callable[[Begun], None] = lambda begun: None,
+    said: Callable[[Finding], None] = lambda finding: None,
+) -> Checked:
     """Check the plant called ``name``, or the folder that it is a path of, by its files and the checks of ``names``.
 
-    ``told`` hears which check has begun. The plant's code runs in another process, and nothing is written.
+    ``told`` hears which check has begun, and ``said`` each finding as it is found, in their order. The plant's
+    code runs in another process, and nothing is written.
     Raises PlantError where there is no such plant, or its folder holds what no plant's may.
     """
     files = read_files(plant_folder(name))
     told(Begun("tables"))
     first = stated(files)
     lines = settings_lines(files)
-    if not first.sound:
-        return Checked(tuple(map(lines, first.findings)))
-    found = list(carried_out(files.folder, tuple(names), told))
-    findings = tuple(each for each in found if isinstance(each, Finding))
-    outlooks = tuple(each for each in found if isinstance(each, Outlook))
-    answers = tuple(each for each in found if isinstance(each, Answered))
-    return Checked(tuple(map(lines, (*first.findings, *findings))), outlooks, answers)
+    findings, outlooks, answers = list[Finding](), list[Outlook](), list[Answered]()
+    beyond = carried_out(files.folder, tuple(names), told) if first.sound else ()
+    for each in chain(first.findings, beyond):
+        match each:
+            case Finding():
+                findings.append(lines(each))
+                said(findings[-1])
+            case Outlook():
+                outlooks.append(each)
+            case _:
+                answers.append(each)
+    return Checked(tuple(findings), tuple(outlooks), tuple(answers))
 
 
 def settings_lines(files: PlantFiles) -> Callable[[Finding], Finding]:

@@ -73,6 +73,10 @@ class Places:
                 return Place(f"{FOLDER}/{origin.table}.csv", origin.line, key)
         return Place(f"{FOLDER}/{table}.csv", None, key)
 
+    def column(self, table: str, key: str, column: str) -> dict[str, str]:
+        """What each row of ``table``, by its cell in ``key``, says in ``column``."""
+        return {row.get(key, ""): row.get(column, "") for row in self._tables[table].rows}
+
     def cell(self, table: str, column: str, **cells: str) -> str:
         """What the first row of ``table`` that has all these ``cells`` says in ``column``; empty where none has."""
         rows = self._tables[table].rows

@@ -9,6 +9,7 @@ from pyoxigraph import NamedNode
 
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.evaluate.lint.finding import Finding, Place, Severity, split
+from homeostat.evaluate.lint.misunit import misunit
 from homeostat.evaluate.lint.places import Places, setting
 from homeostat.knowledge.build.build import GRAPH, build
 from homeostat.knowledge.build.provenance import stale_tables
@@ -84,6 +85,8 @@ def of_mistake(check: str, error: GraphError, places: Places, severity: Severity
     if half := _half(error.thing, error.message, places):
         return Finding(severity, check, *half)
     what, remedy = split(error.message, CORRECT)
+    if rows := misunit(places, error.message):
+        what, remedy = f"{what}; they would agree if {rows}", f"correct value and unit there, or {remedy}"
     return Finding(severity, check, places.about(error.thing, error.message), what, remedy)
 
 

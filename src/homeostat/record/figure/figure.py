@@ -40,7 +40,7 @@ _ENDINGS: Final = {
     Outcome.NEEDLESS_ACTION: "Needless action",
     Outcome.RECOVERED: "Recovered",
     Outcome.NO_ACTION: "No action",
-    Outcome.HELD: "Held",
+    Outcome.HELD: "Held: next to nothing is produced at the end",
 }
 LONGEST_TITLE = 80
 """Most characters of what was wrong that the title has room for."""

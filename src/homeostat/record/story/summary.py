@@ -23,7 +23,7 @@ HEADLINES: Final = {
     Outcome.NEEDLESS_ACTION: "Needless action: left alone, the plant keeps its limits and costs no more.",
     Outcome.RECOVERED: "Recovered: the plant produces inside its limits.",
     Outcome.NO_ACTION: "No action: nothing was released.",
-    Outcome.HELD: "Held: the plant is safe but produces next to nothing.",
+    Outcome.HELD: "Held: the plant is safe, but at the end it produces next to nothing.",
 }
 
 

@@ -18,24 +18,33 @@ from homeostat.evaluate.lint.finding import Finding
 
 
 def carry_out(options: argparse.Namespace) -> int:
-    """Print every finding; 1 where one counts."""
+    """Print every finding as it is found; 1 where one counts."""
     names = ANSWERS if options.answers else DEEP if options.deep else LOADING
-    checked = check(options.case, names, _Progress())
+    progress = _Progress()
+
+    def said(finding: Finding) -> None:
+        progress.clear()
+        if not options.json:
+            print(printable(str(finding)), flush=True)
+
+    checked = check(options.case, names, progress, said)
+    progress.clear()
     if options.json:
         print(json.dumps(_as_json(options.case, checked), indent=1))
     else:
-        for line in _lines(options.case, checked):
+        for line in _ending(options.case, checked):
             print(printable(line))
     return 0 if checked.clean else 1
 
 
-def _lines(case: str, checked: Checked) -> list[str]:
+def _ending(case: str, checked: Checked) -> list[str]:
+    """What is told when every check is over: what comes of each fault, and how much was found."""
     counted = sum(finding.counts for finding in checked.findings)
     notes = len(checked.findings) - counted
     told = "clean" if not counted else f"{counted} finding{'' if counted == 1 else 's'}"
     said = f", {notes} note{'' if notes == 1 else 's'}" if notes else ""
     about = [*map(_outlook, checked.outlooks), *map(_answer, checked.answers)]
-    return [*map(str, checked.findings), *about, f"{case}: {told}{said}"]
+    return [*about, f"{case}: {told}{said}"]
 
 
 def _outlook(each: Outlook) -> str:
@@ -85,3 +94,8 @@ class _Progress:
         elif begun.check != self._last:
             print(f"homeostat: checking {begun.check}", file=sys.stderr, flush=True)
         self._last = begun.check
+
+    def clear(self) -> None:
+        """Take the line away before something else is printed on a terminal."""
+        if self._shown:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)

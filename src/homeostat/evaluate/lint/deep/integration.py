@@ -17,6 +17,7 @@ from homeostat.evaluate.lint.finding import Finding, Place, Severity
 from homeostat.process.batch import BatchRun
 from homeostat.process.blocks.composed import ComposedModel
 from homeostat.process.blocks.layout import Layout
+from homeostat.process.blocks.stabilised import stages_of
 from homeostat.process.blocks.stiffness import Motion
 from homeostat.process.seeds import Stream, generator
 from homeostat.process.types import Table
@@ -71,6 +72,10 @@ def _told(worst: Coarse, what: str, layout: Layout) -> tuple[str, str]:
     tick_s, stated_s = layout.tick_s, layout.sheet.fastest_s
     if stated_s is not None:
         remedy = f"state what is so fast, Flowsheet(fastest_s={1.0 / worst.rate:.2g}), or leave it out"
+        try:
+            stages_of(tick_s, 1.0 / worst.rate)
+        except ValueError:  # which the flowsheet would refuse
+            remedy = "leave out what is so fast, or give [time] a shorter tick_s"
         return f"{what} for {stated_s:.3g} s: with shorter ones it comes out otherwise", remedy
     needed = math.ceil(worst.rate * tick_s / _SAFE)
     remedy = f"integrate a tick in {needed} steps, Flowsheet(parts={needed})"

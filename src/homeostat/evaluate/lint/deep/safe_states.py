@@ -18,6 +18,7 @@ from homeostat.evaluate.lint.deep.way_back import ways_back
 from homeostat.evaluate.lint.finding import Finding, Severity, amount
 from homeostat.guard.fallback.effect import EffectWatch
 from homeostat.guard.watch.violations import Violation
+from homeostat.knowledge.description.guarding import times_s
 from homeostat.plants.wired.assembly import fallbacks
 
 LATE: Final = 3.0
@@ -150,7 +151,13 @@ def _hindered(bench: Bench, strategy: str, limit: str, every: list[_Failure | No
     elif late:
         back_s, fault = max(late)
         what = f"{strategy!r} is given up before it helps: under {fault!r} {limit} comes back after {back_s:g} s"
-        remedy = f"give it about twice as long (acts_within_s), or command more, faster ({len(late)} faults)"
+        longest_s = times_s("acts_within_s", bench.plant.description.timing)[1]
+        longer = "give it about twice as long (acts_within_s), or command"
+        if 2.0 * back_s > longest_s:  # which the check of the tables refuses
+            longer = (
+                f"acts_within_s may be {longest_s:g} s at most, so state another strategy for the limit, or command"
+            )
+        remedy = f"{longer} more, faster (rate in fallbacks.csv, fastest in writables.csv) ({len(late)} faults)"
         yield Finding(Severity.ERROR, "fallbacks", place, what, remedy)
 
 

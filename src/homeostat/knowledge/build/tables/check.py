@@ -117,15 +117,15 @@ def _mistakes(folder: Path) -> Iterator[GraphError]:
         yield from _idle(tables, timing)
         whole = derived(tables, timing)
     unknown = [
-        (name, GraphError(code, _place(name, number, whole[name]), f"{whole[name].told(column)}: {message}"))
+        GraphError(code, _place(name, number, whole[name]), f"{whole[name].told(column)}: {message}")
         for name, number, column, code, message in unknown_names(whole, {name: EVERY[name][0] for name in whole})
     ]
-    misspelt = any(name == "loops" and unknown_name(error.message).endswith(".cmd") for name, error in unknown)
+    misspelt = any("loops.csv row" in e.thing and unknown_name(e.message).endswith(".cmd") for e in unknown)
     if short and not misspelt:
-        yield from undriven(tables, [(error.thing, error.message) for _, error in unknown])
+        yield from undriven(tables, [(error.thing, error.message) for error in unknown])
     for name, table in whole.items():
         yield from _columns(name, table) or _cells(name, table, timing)
-    yield from (error for _, error in unknown)
+    yield from unknown
 
 
 def _idle(tables: Mapping[str, Rows], timing: Timing) -> Iterator[GraphError]:
