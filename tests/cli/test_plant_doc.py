@@ -14,7 +14,11 @@ from tests.cli.command import homeostat, refused
 @pytest.mark.parametrize("case", ["cstr", "mixing_module"])
 def test_the_page_is_called_after_the_plant(tmp_path: Path, case: str) -> None:
     done = homeostat("plant", "doc", case, cwd=tmp_path)
-    assert (done.status, done.err) == (0, "") and done.out.startswith(f"{case}.html: ") and done.out.count("\n") == 1
+    assert (
+        (done.status, done.err) == (0, "")
+        and done.out.startswith(f"{tmp_path / case}.html: ")
+        and done.out.count("\n") == 1
+    )
     assert (tmp_path / f"{case}.html").read_text("utf-8").startswith("<!DOCTYPE html>\n<html")
     assert [path.name for path in tmp_path.iterdir()] == [f"{case}.html"]
 

@@ -43,6 +43,11 @@ def limit(text: str) -> Limit:
         ("-5 <= T1 and T1 < 20", [(-5.0, False), (20.0, True)]),
         ("L1 >= 2 or F1 <= 0.1", []),
         ("T1 - L1 <= 3", []),
+        ("abs(T1) <= 5", [(5.0, True), (-5.0, False)]),
+        ("abs(T1 - 7) <= 1 or F1 >= 0.9", [(8.0, True), (6.0, False)]),
+        ("abs(T1 - T1.sp) <= 1", []),
+        ("2 <= abs(T1)", [(2.0, False), (-2.0, True)]),
+        ("abs(L1) <= 5 or min(T1, L1) <= 3", []),
     ],
 )
 def test_thresholds(text: str, found: list[tuple[float, bool]]) -> None:
@@ -130,6 +135,15 @@ def test_a_name_is_never_on_a_bar_that_is_too_short_for_it() -> None:
     (long, short) = (text.get_window_extent().transformed(axis.transData.inverted()) for text in axis.texts)
     assert long.x0 > 5.0 and long.x1 < 60.0
     assert short.x0 > 5.0 and short.x1 < 60.0
+
+
+@pytest.mark.parametrize("title", ["Content", "Excess acid in the first vessel of the second street"])
+def test_the_name_of_an_axis_is_inside_the_picture(clogged: Run, title: str) -> None:
+    panels = tuple(replace(panel, title=title) for panel in clogged.plant.panels)
+    figure = compose(replace(clogged, plant=replace(clogged.plant, panels=panels)))
+    figure.canvas.draw()
+    names = [axis.yaxis.label.get_window_extent() for axis in figure.axes]
+    assert any(name.width > 30.0 for name in names) and all(name.x0 >= 0.0 for name in names)
 
 
 def test_every_axis_gives_its_unit_and_every_strip_its_tag(batch: Plant, clogged: Run) -> None:

@@ -7,10 +7,10 @@ from typing import Final, NoReturn
 from homeostat.domain.plant.description import ControlLoop, PlantDescription, Relation, Signal
 from homeostat.domain.plant.state_machine import State
 from homeostat.domain.plant.tag import Role, Tag
-from homeostat.knowledge.checks.intervals import bounds
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.folder import SETTINGS
 from homeostat.plants.settings.settings import FigureTable, Settings, TwinTable, with_times
+from homeostat.record.figure.limits import thresholds
 from homeostat.stl.formula import Formula
 from homeostat.stl.units import is_rate
 
@@ -191,4 +191,4 @@ class _Answers:
 
 def _compared(formula: Formula, tag: str) -> list[float]:
     """Numbers that a rule compares a tag with."""
-    return [bound.value for bound in bounds(formula.root) if bound.tag == tag]
+    return [threshold.value for threshold in thresholds(formula, (tag,))]

@@ -24,9 +24,9 @@ BEFORE_S: Final = 300.0
 """How much of a run is shown before the onset, by the reference [s]."""
 AFTER: Final = 0.06
 """How much is shown after the last moment of a completed batch, as part of the time until then [1]."""
-_WIDTH: Final = 11.0
+_WIDTH: Final = 11.2
 """Width of the picture [in]; heights below are in inches too."""
-_LEFT, _RIGHT, _TOP, _BOTTOM = 1.22, 1.2, 0.85, 0.55
+_LEFT, _RIGHT, _TOP, _BOTTOM = 1.42, 1.2, 0.85, 0.55
 """Room beside the panels: names of axes and rows, legends, title, time axis [in]."""
 _NAMES: Final = 0.82
 """Room between an axis and its name, for the names of rows [in]."""

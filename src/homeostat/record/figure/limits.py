@@ -15,7 +15,7 @@ from homeostat.domain.snapshot import Trajectory
 from homeostat.record.figure.panel import LinePanel
 from homeostat.stl.formula import Formula
 from homeostat.stl.text import render
-from homeostat.stl.tree import Comparison, Negate, Node, Number, Or, TagValue, walk
+from homeostat.stl.tree import Binary, Call, Comparison, Negate, Node, Number, Or, TagValue, walk
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -123,11 +123,25 @@ def thresholds(formula: Formula, tags: Sequence[str]) -> list[Threshold]:
     for node, _ in walk(formula.root):
         if isinstance(node, Comparison):
             left, right = _number(node.left), _number(node.right)
-            if isinstance(node.left, TagValue) and node.left.tag in tags and right is not None:
-                found.append(Threshold(node, right, node.operator in ("<=", "<")))
-            elif isinstance(node.right, TagValue) and node.right.tag in tags and left is not None:
-                found.append(Threshold(node, left, node.operator in (">=", ">")))
+            if right is not None:
+                found += _sides(node, node.left, right, node.operator in ("<=", "<"), tags)
+            elif left is not None:
+                found += _sides(node, node.right, left, node.operator in (">=", ">"), tags)
     return found
+
+
+def _sides(node: Comparison, of: Node, value: float, upper: bool, tags: Sequence[str]) -> list[Threshold]:
+    """The value where a tag of ``tags`` is compared with it; both sides where its distance from a number is."""
+    if isinstance(of, TagValue) and of.tag in tags:
+        return [Threshold(node, value, upper)]
+    if not (isinstance(of, Call) and of.function == "abs"):
+        return []
+    (inner,), middle = of.arguments, 0.0
+    if isinstance(inner, Binary) and inner.operator == "-" and (number := _number(inner.right)) is not None:
+        inner, middle = inner.left, number
+    if not (isinstance(inner, TagValue) and inner.tag in tags):
+        return []
+    return [Threshold(node, middle + value, upper), Threshold(node, middle - value, not upper)]
 
 
 def in_force(limit: Limit, comparison: Comparison, truth: Trajectory) -> NDArray[np.bool_]:

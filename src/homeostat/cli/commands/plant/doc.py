@@ -10,7 +10,7 @@ from homeostat.plants.page.page import page
 
 
 def carry_out(options: argparse.Namespace) -> int:
-    """Write the page; 0."""
+    """Write the page and say where it is; 0."""
     plant = read_described(options.case)
     path: Path = options.out or Path(f"{plant.name}.html")
     if path.is_dir():
@@ -18,5 +18,5 @@ def carry_out(options: argparse.Namespace) -> int:
     if path.exists() and not options.force:
         raise UsageError(f"{str(path)!r} is there already; --force replaces it, --out FILE names another one")
     write_whole(path, page(plant).encode())
-    print(f"{path}: {plant.settings.title}, on one page")
+    print(f"{path.resolve()}: {plant.settings.title}, on one page")
     return 0
