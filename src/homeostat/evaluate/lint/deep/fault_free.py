@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
 
-from homeostat.domain.plant.description import Relation
+from homeostat.domain.diagnosis import SymptomRule
+from homeostat.domain.plant.description import ControlLoop, Relation
 from homeostat.domain.plant.limits import Limit, LimitKind
 from homeostat.domain.recovery import Step
 from homeostat.evaluate.lint.deep.bench import Bench
@@ -197,4 +198,14 @@ def healthy_symptoms(bench: Bench) -> Iterator[Finding]:
                 f"{shown.largest:.3g} times the threshold, {shown.threshold:.4g}"
             )
             place = bench.places.row("symptoms", id=rule.name)
-            yield Finding(Severity.ERROR, "symptoms", place, what, "raise sigma, threshold or on_delay_s")
+            remedy = "raise sigma, threshold or on_delay_s" + _resting(bench.plant.description.loops, rule)
+            yield Finding(Severity.ERROR, "symptoms", place, what, remedy)
+
+
+def _resting(loops: Sequence[ControlLoop], rule: SymptomRule) -> str:
+    """What else to do about the deviation of a controller that shares its command: while it rests it holds nothing."""
+    own = next((loop for loop in loops if rule.feature == f"F-{loop.name}"), None)
+    others = [loop.name for loop in loops if own is not None and own.manipulated_variable == loop.manipulated_variable]
+    if len(others) < 2:
+        return ""
+    return f", or leave it out where {' and '.join(others)} override each other and it rests by design (omitted.csv)"
