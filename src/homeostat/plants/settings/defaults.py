@@ -170,11 +170,11 @@ class _Answers:
         standing = set(self.plant.positions.values())
         measured = {s.tag.name: s.tag for s in self.plant.signals if s.relation is Relation.MEASURES}
         for criterion in self.plant.limits.criteria:
-            for name in dict.fromkeys(bound.tag for bound in bounds(criterion.formula.root)):
-                if name not in measured or name in shown | standing:
+            for name in sorted(criterion.formula.tags & measured.keys() - shown - standing):
+                tag, seen = measured[name], _compared(criterion.formula, name)
+                if not seen:
                     continue
                 shown = shown | {name}
-                tag, seen = measured[name], _compared(criterion.formula, name)
                 room = WIDE * tag.range.span
                 window = [max(min(seen) - room, tag.range.low), min(max(seen) + room, tag.range.high)]
                 if not window[0] < window[1]:
