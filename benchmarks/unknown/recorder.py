@@ -26,6 +26,8 @@ from homeostat.guard.watch.quality import QualityWatch
 from homeostat.plants.plant import Plant
 from homeostat.plants.wired.assembly import new_sequencer
 from homeostat.process.batch import ProcessError
+from homeostat.twin.history import History
+from homeostat.twin.isolation.prechecks import flat_lines
 
 SAME_S = 5.0
 """Symptoms of two runs that lie no further apart than this are the same [s]."""
@@ -70,10 +72,20 @@ class _Quality:
 
 
 class _NoTwin:
-    """Takes what monitoring has for a twin: symptoms do not need one."""
+    """Takes what monitoring has for a twin: symptoms need its readings and no replay."""
+
+    def __init__(self, plant: Plant) -> None:
+        d = plant.description
+        self._plant, self._rows = d, max(d.timing.whole_ticks(plant.twin.lead_s), 1)
+        self._history = History(d.variables, plant.model.inputs, tick_s=d.timing.tick_s, sampled=d.sampled)
 
     def observe(self, snapshot: Snapshot) -> None:
-        """Nothing."""
+        """Keep what was read."""
+        self._history.append(snapshot)
+
+    def stuck(self) -> dict[str, float]:
+        """As of a twin."""
+        return {f.tag: f.since_s for f in flat_lines(self._history.window(self._rows), self._plant)}
 
     def calibrate(self, seconds: int) -> None:
         """Nothing."""
@@ -149,7 +161,7 @@ class _Recorder:
 
 def monitoring_without_twin(plant: Plant) -> TwinMonitoring:
     """Monitoring that only notices."""
-    d, twin, grounding = plant.description, _NoTwin(), None
+    d, twin, grounding = plant.description, _NoTwin(plant), None
     return TwinMonitoring(twin, grounding, d, plant.baselines, plant.started, plant.monitoring)  # type: ignore[arg-type]
 
 

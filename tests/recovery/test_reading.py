@@ -20,6 +20,9 @@ from tests.equipment.waiting import waits
 from tests.guard.vessel import DRAIN, Vessel, World, running
 from tests.recovery.guarded import Scripted, Seconds
 
+PATIENT_S = 30.0
+"""How long a source that only raises is waited for: a host with other work may need longer than a tick may wait [s]."""
+
 
 class Broken:
     """A vessel's samples; from 10 s on ``wrong`` of it raises, for ``times`` questions."""
@@ -49,7 +52,7 @@ class Broken:
 
 
 def drive(world: World, source: object, hook: Hook = lambda seen: None) -> list[Observation]:
-    """The loop with a real guard and no recovery."""
+    """The loop with a real guard and no recovery; the source is waited for as long as it takes."""
     exchange = Exchange(DeclaredClock(0.0), world.guard.mailbox.put, lambda reason: None)
     exchange.hold = lambda: None  # type: ignore[method-assign]
     seen: list[Observation] = []
@@ -58,7 +61,9 @@ def drive(world: World, source: object, hook: Hook = lambda seen: None) -> list[
         seen.append(observation)
         hook(observation)
 
-    Loop(world.guard, source, exchange, shown).run_virtual()  # type: ignore[arg-type]
+    loop = Loop(world.guard, source, exchange, shown)  # type: ignore[arg-type]
+    loop._reader = Reader(source, exchange.report, exchange.settle, PATIENT_S)  # type: ignore[arg-type]
+    loop.run_virtual()
     return seen
 
 

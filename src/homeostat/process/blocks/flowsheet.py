@@ -150,7 +150,8 @@ class Flowsheet:
         ``{"weak": "pump_wear"}``. ``withheld``: what an override takes off whatever it is commanded [1].
         """
         self._take(name)
-        if not 0.0 <= plain_number(who := f"actuator {name}", "start", start) <= 1.0:
+        begins = plain_number(who := f"actuator {name}", "start", start)
+        if not 0.0 <= begins <= 1.0:
             raise FlowsheetError(f"actuator {name}: start = {start:g} must be within 0 and 1")
         several = (lags,) if isinstance(lags, str | Term | float | int) else lags
         taus = tuple(positive(who, "lag", each) for each in (several if several is not None else (f"tau_{name}",)))

@@ -5,6 +5,10 @@ from typing import Final
 from homeostat.knowledge.build.derived.draft import Cells, Draft
 from homeostat.knowledge.build.derived.loops import actuators_of, add_command, has_two_positions
 
+COMMAND: Final = ".cmd"
+"""Ending of the tag that commands an actuator."""
+MANUAL: Final = ".man"
+"""Ending of its manual output."""
 STUCK_OPEN: Final = "stuck_open"
 """Ending of the fault of an actuator that stays open."""
 STUCK_CLOSED: Final = "stuck_closed"
@@ -28,7 +32,7 @@ def add_actuators(draft: Draft) -> None:
     """Add commands of actuators without a loop, and faults of all; what follows from loops must be there already."""
     driven = {name for line in draft.lines("loops") for name in actuators_of(draft, line)}
     drives = [line for line in draft.lines("signals") if line["relation"] == "drives"]
-    otherwise = {line["component"] for line in drives if line["tag"] != f"{line['component']}.cmd"}
+    otherwise = {line["component"] for line in drives if line["tag"] != f"{line['component']}{COMMAND}"}
     for line in draft.lines("equipment"):
         if line["kind"] != "Actuator":
             continue

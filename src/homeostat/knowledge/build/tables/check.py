@@ -7,6 +7,7 @@ from typing import Final, TypeAlias
 from pydantic import ValidationError
 
 from homeostat.domain.plant.timing import Timing
+from homeostat.knowledge.build.derived.actuators import COMMAND
 from homeostat.knowledge.build.derived.tables import derived, idle_omissions, stated_tables
 from homeostat.knowledge.build.tables.causes import first_causes, unknown_name
 from homeostat.knowledge.build.tables.cells import CellError, Reads, Refers, TableRow, shown
@@ -120,7 +121,7 @@ def _mistakes(folder: Path) -> Iterator[GraphError]:
         GraphError(code, _place(name, number, whole[name]), f"{whole[name].told(column)}: {message}")
         for name, number, column, code, message in unknown_names(whole, {name: EVERY[name][0] for name in whole})
     ]
-    misspelt = any("loops.csv row" in e.thing and unknown_name(e.message).endswith(".cmd") for e in unknown)
+    misspelt = any("loops.csv row" in e.thing and unknown_name(e.message).endswith(COMMAND) for e in unknown)
     if short and not misspelt:
         yield from undriven(tables, [(error.thing, error.message) for error in unknown])
     for name, table in whole.items():

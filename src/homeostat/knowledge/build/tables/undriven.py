@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
+from homeostat.knowledge.build.derived.actuators import COMMAND, MANUAL
 from homeostat.knowledge.build.tables.causes import unknown_name
 from homeostat.knowledge.build.tables.reading import Rows
 from homeostat.knowledge.store.error import Code, GraphError
 
-_MANUAL: Final = ".man"
 _TOLD: Final = 4
 """So many rows that name a tag are told."""
 
@@ -20,24 +20,24 @@ def undriven(stated: Mapping[str, Rows], unknown: Sequence[tuple[str, str]]) -> 
     ``stated``: the tables as they stand. ``unknown``: place of a row, and what it says that there is not.
     """
     loops = [(row.get("id", ""), _commands(row.get("mv", ""))) for row in stated["loops"].rows]
-    driven = {command.removesuffix(".cmd") for _, commands in loops for command in commands}
+    driven = {command.removesuffix(COMMAND) for _, commands in loops for command in commands}
     missed: dict[str, list[str]] = {}
     for place, message in unknown:
         name = unknown_name(message)
-        if name.endswith(_MANUAL):
-            missed.setdefault(name.removesuffix(_MANUAL), []).append(place.partition(" (")[0])
+        if name.endswith(MANUAL):
+            missed.setdefault(name.removesuffix(MANUAL), []).append(place.partition(" (")[0])
     for line, row in enumerate(stated["equipment"].rows, start=2):
         name = row.get("id", "")
         if row.get("kind") == "Actuator" and name in missed and name not in driven:
-            used = f"{_listed(sorted(set(missed[name])))} name its manual output {name}{_MANUAL}"
-            remedy = f"or name {name}.cmd there, which it has without a loop"
+            used = f"{_listed(sorted(set(missed[name])))} name its manual output {name}{MANUAL}"
+            remedy = f"or name {name}{COMMAND} there, which it has without a loop"
             if shared := _contested(loops):
                 at, command, others = shared
-                what = f"mv: {command} is the manipulated value of {' and '.join(others)}, and {name}.cmd of none"
+                what = f"mv: {command} is the manipulated value of {' and '.join(others)}, and {name}{COMMAND} of none"
                 thing = f"loops.csv row {at + 2} ({loops[at][0]!r})"
                 yield GraphError(Code.UNKNOWN_TAG, thing, f"{what}, though {used}; correct mv, {remedy}")
             else:
-                what = f"no row of loops.csv has {name}.cmd as its mv, so it has no manual output, though {used}"
+                what = f"no row of loops.csv has {name}{COMMAND} as its mv, so it has no manual output, though {used}"
                 thing = f"equipment.csv row {line} ({name!r})"
                 yield GraphError(Code.UNKNOWN_TAG, thing, f"{what}; add its loop, {remedy}")
 
