@@ -17,9 +17,6 @@ from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.process.types import Cube, Flags
 
-LAST_S = 60.0
-"""Stretch at the end of a rollout in which a controller has come to where it stays [s]."""
-
 
 def resting(plant: PlantDescription, signals: Mapping[str, Cube], rows: int) -> dict[str, float]:
     """Manual output -> where its controller stands in the last ``rows``; those that stand nowhere are left out.

@@ -8,10 +8,11 @@ import numpy as np
 
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
-from homeostat.agents.search.by_hand import LAST_S, by_hand, following, reaches, resting
+from homeostat.agents.search.by_hand import by_hand, following, reaches, resting
 from homeostat.agents.search.candidates import SearchSpace
 from homeostat.agents.search.cost import Cost
 from homeostat.agents.search.gently import RAMPS_S, SOON_S, Rest, by_loop, excess, gentlest, ramped, settles
+from homeostat.agents.search.tracking import LAST_S
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.plant.state_machine import State
