@@ -28,6 +28,7 @@ from tests.recovery.line import BAD, GOOD, HALF, MACHINE, Stage, feed, monitorin
 WRONG = Revise((Finding("CHK-ANSWER", Owner.ACTION, -math.inf, "1", 0.0, 0, "not a JSON object"),))
 """An answer that is none of those that were asked for."""
 NOTICED_S = 50.0
+HOST_LATE_S = 0.5  # by which a host that is busy with other work may wake a thread too late
 
 
 def second(action: ScriptedAction | None = None, name: str = "second") -> Proposer:
@@ -303,7 +304,8 @@ def test_when_all_fail_the_fallback_acts_two_ticks_after_the_deadline(
 ) -> None:
     """Both proposers hang for real; what counts is the process time at which the fallback was written.
 
-    One tick has begun when the deadline passes, and in the next one the guard hears of it.
+    One tick has begun when the deadline passes, and in the next one the guard hears of it. A host that is
+    late by the clock is late by `scale` times as much in process time.
     """
 
     def slow() -> ScriptedAction:
@@ -316,7 +318,7 @@ def test_when_all_fail_the_fallback_acts_two_ticks_after_the_deadline(
     assert isinstance(outcome, FallbackNeeded) and safe(stage)
     assert [g.proposer for g in stage.trace.of(GaveUp)] == ["scripted", "second"]
     acted_s, _ = stage.plant.written[0]
-    assert acted_s <= NOTICED_S + (latency_s if scale else 0.0) + 2.0
+    assert acted_s <= NOTICED_S + (latency_s if scale else 0.0) + 2.0 + scale * HOST_LATE_S
     (fell,) = stage.trace.of(FallbackActivated)
     at_s = next(e.at_s for e in stage.trace.entries if e.event is fell)
     assert f"within {latency_s:.1f} s" in fell.reason and at_s == pytest.approx(acted_s, abs=1.0)
