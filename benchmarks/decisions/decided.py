@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from homeostat.agents.roles import Plan, Proposer, Situation
 from homeostat.agents.search import action as searching
 from homeostat.agents.search import routes as routing
 from homeostat.agents.search.action import SearchAction, SearchSettings
+from homeostat.agents.search.candidates import design_commands
 from homeostat.agents.search.cost import Cost
 from homeostat.agents.search.tracking import blind, held, search_space
 from homeostat.domain.advice import Advice
@@ -26,6 +28,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate import runner
 from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.scenario import Scenario
+from homeostat.guard.sequence.sequencer import what_follows
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.plant import Plant
 from homeostat.plants.wired.assembly import Workbench, in_operation
@@ -129,6 +132,25 @@ class Problem:
         """The design in the unit cube: automatic where there is a manual output."""
         return np.array([0.25 if r.design is None else (r.design - r.low) / (r.high - r.low) for r in self._open])
 
+    def grid(self, levels: int) -> Values:
+        """So many values of each dimension in every combination, shape (points, dimensions); both of two positions."""
+        return self._combined([np.linspace(0.0, 1.0, levels)] * len(self._open))
+
+    def around(self, point: Values, step: float) -> Values:
+        """``point`` with each dimension a ``step`` down, as it is, or up, in every combination."""
+        return self._combined([np.clip([x - step, x, x + step], 0.0, 1.0) for x in point])
+
+    def _combined(self, values: Sequence[Values]) -> Values:
+        axes = []
+        for r, own in zip(self._open, values, strict=True):
+            if self._tags[r.tag].two_position:
+                axes.append([0.0, 1.0])
+            elif r.design is None:  # automatic is half of its interval
+                axes.append([0.25, *own[own > 0.5].tolist()])
+            else:
+                axes.append(sorted(set(own.tolist())))
+        return np.array(list(product(*axes))).reshape(-1, len(axes))
+
     @property
     def members(self) -> int:
         """Rollouts of one evaluation."""
@@ -146,18 +168,27 @@ class Problem:
     def __call__(self, points: Values) -> Values:
         """The objective at ``points`` of the unit cube, shape (points, dimensions)."""
         self.evaluations += len(points)
-        return self._values([self._actions(p) for p in points])
+        return self._values([self.actions(p) for p in points])
+
+    def alone(self) -> float:
+        """The objective where nobody does anything."""
+        machine, state = self._decided.plant.description.machine, self._decided.situation.state
+        by_state = {s.name: design_commands(s, self._tags) for s in machine.states}
+        return float(self._cost_of([ActionSet((), state, what_follows(machine, state, by_state))])[0])
 
     def _values(self, candidates: Sequence[ActionSet]) -> Values:
-        twin = self._decided.twin
-        if self._space is None:
-            signals, dt_s = twin.follow_many(self._ensemble, candidates)
-        else:
-            signals, dt_s = twin.try_many(self._ensemble, twin.schedules(candidates, twin.settings.horizon_s))
-        cost = self._cost.of(signals, dt_s, self._ensemble.weights, candidates)
-        return np.asarray(cost + [self._change(a) for a in candidates])
+        return np.asarray(self._cost_of(candidates) + [self._change(a) for a in candidates])
 
-    def _actions(self, point: Values) -> ActionSet:
+    def _cost_of(self, candidates: Sequence[ActionSet]) -> Values:
+        twin = self._decided.twin
+        if any(a.then for a in candidates):
+            signals, dt_s = twin.follow_many(self._ensemble, candidates, refuse=False)
+        else:
+            signals, dt_s = twin.try_many(self._ensemble, twin.schedules(candidates, twin.horizon), refuse=False)
+        return self._cost.of(signals, dt_s, self._ensemble.weights, candidates)
+
+    def actions(self, point: Values) -> ActionSet:
+        """What ``point`` of the unit cube stands for."""
         chosen = {r.tag: _value(r, float(x)) for r, x in zip(self._open, point, strict=True)}
         if self._space is not None:
             return self._space.actions(tuple(chosen.get(r.tag, r.design) for r in self._space.ranges))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.decisions.moment import best_informed
 from benchmarks.decisions.routes import best_route_from
 from benchmarks.unknown.causes import Cause
 from homeostat.agents.search.candidates import SearchSpace
@@ -30,6 +31,8 @@ LEVELS = 7
 """Values of each setpoint that the best constant is looked for in at first."""
 FINER = (5, 5)
 """Values between the neighbours of the best one, again and again."""
+FAR = 8.0
+"""Points by which a run may cost more than the best; of every other one it is asked what could be known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +56,9 @@ class Decision:
     """Seconds outside a hard limit from detection on [s]."""
     items: dict[str, float]
     """What the run paid for, in points."""
+    informed: float | None = None
+    """Points of the best choice on the knowledge of the first decision, of a run that costs :data:`FAR` more than the
+    best; None of every other one, and where there was no choice."""
 
 
 def measure(plant: Plant, cause: Cause, seed: int, mismatch: str, end_s: float | None = None) -> Decision:
@@ -72,14 +78,18 @@ def measure(plant: Plant, cause: Cause, seed: int, mismatch: str, end_s: float |
     force = in_force(plant.description, left.states, left.truth.start_s)
     kept = not outside_after(left.truth, force, from_s)
     alone = run_cost(plant, left.truth, healthy, from_s, left.states)
+    best = _least(plant, chosen, usual, from_s)
+    far = best is not None and _points(own) - best > FAR
+    informed = best_informed(plant, chosen, healthy, from_s) if far else None
     return Decision(
         *told,
         len(run.record.released),
         _points(own),
-        _least(plant, chosen, usual, from_s),
+        best,
         _points(alone) if kept else None,
         outside_s(run.truth, run.force, run.detected_s),
         {item.name: 100.0 * item.amount / own.worth for item in own.items},
+        None if informed is None else informed.cost,
     )
 
 

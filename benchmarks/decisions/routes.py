@@ -57,7 +57,7 @@ def _diverted(
 ) -> Iterator[tuple[tuple[str, ...], int, Unsupervised]]:
     """What comes of every other way on: the states of the way, the number of releases, the run."""
     now = [state for state, entered_s in alone.states if entered_s <= from_s][-1]
-    for path in _paths(plant, now, _seen(plant, scenario, from_s)):
+    for path in ways(plant, now, _seen(plant, scenario, from_s)):
         opened = {
             r.tag: sorted(set(map(plant.description.tag(r.tag).nearest, np.linspace(r.low, r.high, LEVELS).tolist())))
             for r in open_setpoints([plant.description.machine.state(name) for name in path.commanded])
@@ -81,7 +81,7 @@ def _seen(plant: Plant, scenario: Scenario, at_s: float) -> Snapshot:
     return shown[0]
 
 
-def _paths(plant: Plant, now: str, seen: Snapshot) -> Iterator[RecoveryPath]:
+def ways(plant: Plant, now: str, seen: Snapshot) -> Iterator[RecoveryPath]:
     """Every way on from ``now``, by each set of instruments that guards on the way may read."""
     machine = plant.description.machine
     measured = set(plant.description.variables) & {tag for t in machine.transitions for tag in t.guard.tags}
