@@ -249,3 +249,13 @@ def test_the_search_knows_what_margins_its_own_members_had() -> None:
     asyncio.run(action.act(now(), reduce(), Advice()))
     assert min(action.margins(kept).values()) >= 0.0 and action.margins(kept).keys() == seen.keys()
     assert action.margins(replace(kept, target="holding")) == {}, "nobody tried that"
+
+
+@pytest.mark.parametrize(("had", "before"), [(0.7, 0.0), (0.7, 0.4), (0.1, 0.5), (-math.inf, 0.5), (math.nan, 0.5)])
+def test_what_is_missing_a_little_is_asked_for_beyond_what_the_search_s_own_members_had(
+    had: float, before: float
+) -> None:
+    """Of 128 members one is 0.4 K too hot, and the search's own had 0.7 K: asking for 0.52 K gives the same again."""
+    asked = Advice(required=(("LIM-HOT", before),))
+    wanted = dict(advise(found(1, -0.4), before=asked, seen={"LIM-HOT": had}).required)["LIM-HOT"]
+    assert wanted == pytest.approx(max(before, had if math.isfinite(had) else 0.0) + 1.3 * 0.4)

@@ -104,6 +104,14 @@ def test_what_the_draws_do_not_decide_is_refused() -> None:
     assert isinstance(found.verdict, Revise) and len(twin.drawn) == 512 // 32
 
 
+def test_a_limit_that_was_violated_in_any_draw_goes_back_to_the_proposer() -> None:
+    """The last of 512 draws are sound: what was too hot among the others is told all the same."""
+    twin = RiskyTwin(([True] + [False] * 19) * 24)
+    found = checked(twin, checking(twin))
+    assert isinstance(found.verdict, Revise) and len(twin.drawn) == 512 // 32
+    assert [f.criterion for f in found.verdict.violated] == [RISK, "LIM-HOT"]
+
+
 def test_asking_again_is_no_second_chance_and_a_release_ends_that() -> None:
     twin = RiskyTwin([True] * 64)
     check = checking(twin)

@@ -127,7 +127,7 @@ class ReleaseCheck:
             text = f"{text}; nothing can be shown before {again_s:.0f} s"
             return Revise((refusal(RISK, text),))
         self._certified += 1
-        findings: tuple[Finding, ...] = ()
+        worst: dict[str, Finding] = {}
         while draws < risk.most:
             members = twin.sampled(hypotheses, risk.batch, f"{self._certified}/{draws // risk.batch}")
             rollout = twin.roll_out(found.actions, hypotheses, found.ended, members)
@@ -139,14 +139,16 @@ class ReleaseCheck:
             if high <= risk.required:
                 refused_s.clear()
                 return replace(approval, certificate=Certificate(draws, violations, high, level))
-            findings = rollout_findings(rollout, (), self._limits.watched.hard, found.actions)
+            for f in rollout_findings(rollout, (), self._limits.watched.hard, found.actions):
+                if not f.satisfied and (f.criterion not in worst or f.margin < worst[f.criterion].margin):
+                    worst[f.criterion] = f
             if low > risk.required:
                 break
         refused_s.append(now_s)
         text = f"{violations} of {draws} rollouts violate a hard limit: at most {high:.2g} with {level:.1%} confidence"
         text, told = f"{text}; {risk.required:g} is admitted", Violating(violations, draws, violations / draws)
         refused = Finding(RISK, Owner.ACTION, risk.required - high, "1", 0.0, 0, text, None, told)
-        return Revise((refused, *(f for f in findings if not f.satisfied)))
+        return Revise((refused, *worst.values()))
 
     def _counted(
         self, twin: Twin, found: Approved, hypotheses: tuple[Hypothesis, ...], members: Ensemble, rollout: Rollout

@@ -14,7 +14,7 @@ from homeostat.links.simulated import SimulatedLink
 from homeostat.twin.isolation.ended import STRETCHES
 from homeostat.twin.twin import Twin
 from tests.twin.followed import follow, reactor
-from tests.twin.test_remembering import FOULED, held
+from tests.twin.test_remembering import FOULED, HOLD, held
 
 ONSET_S, REPAIRED_S = 1500.0, 1560.0
 STUCK = FaultState("cool_stuck_closed", 0.6, ONSET_S)
@@ -60,6 +60,21 @@ def test_a_fault_whose_size_was_not_known_exactly_is_not_over(size: float) -> No
 def test_what_cannot_be_seen_is_not_over() -> None:
     """Fouling without feed: whether the jacket is fouled makes no difference."""
     assert follow(held(2), 2).ended(((FOULED,),)) is None
+
+
+def test_what_has_stopped_growing_is_not_over() -> None:
+    """A jacket that has lost a third within 400 s cools so since then; what would have gone on is refuted, not that."""
+    plant = reactor()
+    design = next(p.value for p in plant.description.parameters if p.symbol == "UA")
+    told = departing(plant, scenario(plant, "none", 3, end_s=3200.0), ("UA * 0.67 from 1500 over 400",), "none")
+    link = SimulatedLink(open_process(plant, told))
+    wire, seen = link.take(), []
+    while not link.ended:
+        seen.append(link.advance())
+        if link.now_s == 2000.0:
+            wire.send(HOLD)
+    growing = FaultState("unknown_heat_R1_UA_growing", -0.33 * design / 400.0, 1500.0)
+    assert follow(tuple(seen), 3).ended(((growing,),)) is None
 
 
 def test_one_of_two_faults_that_stays_keeps_both() -> None:

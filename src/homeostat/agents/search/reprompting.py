@@ -1,9 +1,10 @@
 """Reprompting for a search: from a verdict to typed advice, by margins, and by how many members they are violated in.
 
-A small violation is worth another try on the same path, which asks for what was missing and a little more. A large one
-is not, but where few members fall off a cliff while all of the search's own stay on it: a step more margin may keep
-them there. How far they fall says nothing about how much is missing. So a step more is asked for than the search's own
-members had, and with each try one of :data:`GROWTH` times its size; a path that cannot give it is closed.
+A small violation is worth another try on the same path, which asks for what was missing and a little more beyond what
+the search's own members had: the worst of many members is worse than that of few. A large one is not, but where few
+members fall off a cliff while all of the search's own stay on it: a step more margin may keep them there. How far they
+fall says nothing about how much is missing. So a step more is asked for than the search's own members had, and with
+each try one of :data:`GROWTH` times its size; a path that cannot give it is closed.
 
 Hand check: four of 24 members overflow by 20 scales, and the search's own stay 3 scales below the brim. 3.15 scales
 are asked for; where these have them and one member overflows still, 0.6 more than they have. Where twelve overflow, or
@@ -87,11 +88,11 @@ class MarginReprompting:
 
     def _wanted(self, finding: Finding, before: float, seen: Mapping[str, float], tries: int) -> float:
         """Margin that is asked for, in the finding's unit, where ``before`` was, after ``tries`` on the path."""
-        step = STEP * self._scales.get(finding.unit, 1.0)
+        step, had = STEP * self._scales.get(finding.unit, 1.0), seen.get(finding.criterion, 0.0)
+        known = max(before, had if math.isfinite(had) else 0.0)
         if not self._is_large(finding):
-            return before + max(-1.3 * finding.margin, step)
-        had = seen.get(finding.criterion, 0.0)
-        return max(before, had if math.isfinite(had) else 0.0) + step * GROWTH**tries
+            return known + max(-1.3 * finding.margin, step)
+        return known + step * GROWTH**tries
 
     def _is_large(self, finding: Finding) -> bool:
         return finding.relative(self._scales) < -CURABLE

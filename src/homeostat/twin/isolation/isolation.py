@@ -225,7 +225,7 @@ class FaultIsolation:
                 break
             throughout = throughout and well
             since_s = window.start_s if throughout else since_s
-            lead = lead_of_nothing(evidence, known)
+            lead = lead_of_nothing(evidence, [*known, *self._stopped(known, seen)])
             if lead >= OVER_NATS and not fit.strained:
                 found = Ended(since_s if np.isfinite(since_s) else shortest_s, fits=True)
             elif lead >= OVER_NATS and fit.good and window.length >= CHANGED:
@@ -234,6 +234,11 @@ class FaultIsolation:
             elif found or lead <= -THERE_NATS or (lead <= 0.0 and fit.strained):
                 break
         return found
+
+    def _stopped(self, known: Sequence[FaultSet], window: Window) -> list[FaultSet]:
+        """Each set of ``known`` where what grew in it does so no more: nobody knew how long it would."""
+        ends = self._carrier.modes, window.at_s(FIRST_ROW), window.end_s
+        return [replayed for faults in known for _, replayed in stopped(faults, faults, *ends)]
 
     def _accused(self, window: Window, question: Question) -> list[FaultState]:
         """Instruments and controllers that are wrong by their own evidence, as generated fault modes."""
