@@ -259,3 +259,12 @@ def test_what_is_missing_a_little_is_asked_for_beyond_what_the_search_s_own_memb
     asked = Advice(required=(("LIM-HOT", before),))
     wanted = dict(advise(found(1, -0.4), before=asked, seen={"LIM-HOT": had}).required)["LIM-HOT"]
     assert wanted == pytest.approx(max(before, had if math.isfinite(had) else 0.0) + 1.3 * 0.4)
+
+
+@pytest.mark.parametrize(("second", "wanted"), [(-40.0, 9.0 + 1.3 * 40.0), (-58.5, 9.0 + 0.6), (-70.0, 9.0 + 0.6)])
+def test_a_fall_that_becomes_less_by_what_was_given_is_no_cliff(second: float, wanted: float) -> None:
+    """5 K were had and 0.3 K more asked for; 9 K came, and 4 K more keep the worst by 20 K, by 1.5 K, or not at all."""
+    first = advise(found(1, DEEP), seen={"LIM-HOT": 5.0})
+    assert dict(first.required)["LIM-HOT"] == pytest.approx(5.3)
+    then = advise(found(1, second), before=first, seen={"LIM-HOT": 9.0})
+    assert dict(then.required)["LIM-HOT"] == pytest.approx(wanted)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.record.figure.panel import LinePanel
 from tests.evaluate.two_tanks import TANKS, change, tanks
 
 
@@ -42,9 +43,22 @@ def test_a_figure_shows_what_a_criterion_compares_and_no_loop_holds(tmp_path: Pa
     change(folder, "engineering/criteria.csv", "abs(T2.err) <= 2", "T1 >= 15 and T2 >= 48 and F1 <= F2 + 0.1")
     panels = loaded(folder).panels
     (panel,) = (each for each in panels if "T1" in each.tags)
-    assert panel.tags == ("T1",) and panel.title == "The product is warm enough"
+    assert panel.tags == ("T1",) and panel.title == "Temperature of the feed tank"
     assert getattr(panel, "window", None) == (0.0, 40.0)
     assert sum("T2" in each.tags for each in panels) == 1 and panels[-1].title == "Actuators"
+
+
+def test_a_figure_shows_every_limit_whether_or_not_a_loop_holds_its_tag(tmp_path: Path) -> None:
+    folder = tanks(tmp_path)
+    change(
+        folder,
+        "engineering/limits.csv",
+        "LIM-T2-HIGH,,",
+        "LIM-T1-HIGH,envelope,T1 <= 35,Datasheet,It stays cold\nLIM-T2-HIGH,,",
+    )
+    (panel,) = (each for each in loaded(folder).panels if "T1" in each.tags)
+    assert isinstance(panel, LinePanel) and panel.limits == ("LIM-T1-HIGH",)
+    assert panel.window[0] < 35.0 <= panel.window[1]
 
 
 def test_what_opens_or_closes_has_no_capacity_to_lose(tmp_path: Path) -> None:

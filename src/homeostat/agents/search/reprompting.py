@@ -4,7 +4,8 @@ A small violation is worth another try on the same path, which asks for what was
 the search's own members had: the worst of many members is worse than that of few. A large one is not, but where few
 members fall off a cliff while all of the search's own stay on it: a step more margin may keep them there. How far they
 fall says nothing about how much is missing. So a step more is asked for than the search's own members had, and with
-each try one of :data:`GROWTH` times its size; a path that cannot give it is closed.
+each try one of :data:`GROWTH` times its size; a path that cannot give it is closed. Where the fall became as much less
+as the search's own margin became more, it is no cliff, and what is missing is asked for.
 
 Hand check: four of 24 members overflow by 20 scales, and the search's own stay 3 scales below the brim. 3.15 scales
 are asked for; where these have them and one member overflows still, 0.6 more than they have. Where twelve overflow, or
@@ -29,6 +30,8 @@ STEP = 0.15
 """Least additional margin that is asked for, in scales [1]: asking for less gives the same proposal again."""
 GROWTH = 2.0
 """Each try after a fall asks for a step of so many times the size of the one before [1]."""
+IN_STEP = 0.5
+"""What is violated follows the search's own margin where it changes by this share of it at least [1]."""
 TRIES = 5
 """Attempts on one path before another one is asked for."""
 
@@ -65,7 +68,7 @@ class MarginReprompting:
             return Advice(findings=violated, refused_paths=(*before.refused_paths, *refused))
         wanted = dict(before.required)
         for f in violated:
-            wanted[f.criterion] = self._wanted(f, wanted.get(f.criterion, 0.0), seen, before.tries)
+            wanted[f.criterion] = self._wanted(f, before, seen)
         return Advice(violated, Owner.ACTION, attempt.path, tries, before.refused_paths, tuple(sorted(wanted.items())))
 
     def _hopeless(
@@ -86,13 +89,18 @@ class MarginReprompting:
         reached = target_name(path.machine.state(path.target))
         return all(f.criterion == reached for f in violated)
 
-    def _wanted(self, finding: Finding, before: float, seen: Mapping[str, float], tries: int) -> float:
-        """Margin that is asked for, in the finding's unit, where ``before`` was, after ``tries`` on the path."""
+    def _wanted(self, finding: Finding, before: Advice, seen: Mapping[str, float]) -> float:
+        """Margin that is asked for, in the finding's unit, after the tries ``before``."""
         step, had = STEP * self._scales.get(finding.unit, 1.0), seen.get(finding.criterion, 0.0)
-        known = max(before, had if math.isfinite(had) else 0.0)
+        asked, had = dict(before.required).get(finding.criterion, 0.0), had if math.isfinite(had) else 0.0
+        missing = max(-1.3 * finding.margin, step)
         if not self._is_large(finding):
-            return known + max(-1.3 * finding.margin, step)
-        return known + step * GROWTH**tries
+            return max(asked, had) + missing
+        last = next((f for f in before.findings if f.criterion == finding.criterion), None)
+        own = had - (asked - step * GROWTH ** (before.tries - 1))  # that was asked for beyond what they had then
+        if last is not None and own > 0.0 and finding.margin - last.margin >= IN_STEP * own:
+            return max(asked, had) + missing
+        return max(asked, had) + step * GROWTH**before.tries
 
     def _is_large(self, finding: Finding) -> bool:
         return finding.relative(self._scales) < -CURABLE

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Final, NoReturn
 
 from homeostat.domain.plant.description import ControlLoop, PlantDescription, Relation, Signal
+from homeostat.domain.plant.limits import Criterion, Limit
 from homeostat.domain.plant.state_machine import State
 from homeostat.domain.plant.tag import Role, Tag
 from homeostat.plants.error import PlantError
@@ -120,9 +121,9 @@ class _Answers:
         return [name for name in dict.fromkeys(held or measured) if name in errors] or list(errors)
 
     def figure(self) -> list[FigureTable]:
-        """A panel for every loop, for what else a criterion compares, and one for where the actuators stand."""
+        """A panel for every loop, for what else a limit or a criterion compares, and one for where actuators stand."""
         panels = [self._panel(loop) for loop in self.plant.loops]
-        panels += self._compared_by_criteria({tag for panel in panels for tag in panel.tags})
+        panels += self._compared_by_rules({tag for panel in panels for tag in panel.tags})
         shown = [tag for tag in map(self.plant.tag, self._outputs()) if tag.unit == "1"][:40]
         if shown:
             low, high = min(t.range.low for t in shown), max(t.range.high for t in shown)
@@ -165,21 +166,23 @@ class _Answers:
         title = loop.label or held.name
         return FigureTable(title=title[:200], tags=[held.name, loop.setpoint], limits=limits, window=window)
 
-    def _compared_by_criteria(self, shown: set[str]) -> Iterator[FigureTable]:
-        """A panel for each measured tag that a criterion compares with a number and that is not ``shown``."""
-        standing = set(self.plant.positions.values())
+    def _compared_by_rules(self, shown: set[str]) -> Iterator[FigureTable]:
+        """A panel for each measured tag that a limit or a criterion compares with a number, if not ``shown``."""
+        standing, rules = set(self.plant.positions.values()), self.plant.limits
         measured = {s.tag.name: s.tag for s in self.plant.signals if s.relation is Relation.MEASURES}
-        for criterion in self.plant.limits.criteria:
-            for name in sorted(criterion.formula.tags & measured.keys() - shown - standing):
-                tag, seen = measured[name], _compared(criterion.formula, name)
-                if not seen:
-                    continue
-                shown = shown | {name}
-                room = WIDE * tag.range.span
-                window = [max(min(seen) - room, tag.range.low), min(max(seen) + room, tag.range.high)]
-                if not window[0] < window[1]:
-                    window = [tag.range.low, tag.range.high]
-                yield FigureTable(title=criterion.description[:200], tags=[name], window=window)
+        every: tuple[Limit | Criterion, ...] = (*rules.limits, *rules.criteria)
+        named = dict.fromkeys(name for rule in every for name in sorted(rule.formula.tags & measured.keys()))
+        for name in named:
+            seen = [value for rule in every for value in _compared(rule.formula, name)]
+            if not seen or name in shown or name in standing:
+                continue
+            tag, room = measured[name], WIDE * measured[name].range.span
+            window = [max(min(seen) - room, tag.range.low), min(max(seen) + room, tag.range.high)]
+            if not window[0] < window[1]:
+                window = [tag.range.low, tag.range.high]
+            limits = [limit.name for limit in rules.limits if _compared(limit.formula, name)]
+            title = tag.description or name
+            yield FigureTable(title=title[:200], tags=[name], limits=limits, window=window)
 
     def _outputs(self) -> Iterator[str]:
         """Of every actuator its position, or else its command."""
