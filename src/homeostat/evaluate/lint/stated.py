@@ -11,6 +11,7 @@ from homeostat.domain.plant.description import PlantDescription
 from homeostat.evaluate.lint.finding import Finding, Place, Severity, split
 from homeostat.evaluate.lint.misunit import misunit
 from homeostat.evaluate.lint.places import Places, setting
+from homeostat.evaluate.lint.replaced import replaced
 from homeostat.knowledge.build.build import GRAPH, build
 from homeostat.knowledge.build.provenance import stale_tables
 from homeostat.knowledge.build.tables.check import mistakes
@@ -60,6 +61,7 @@ def _findings(files: PlantFiles, places: Places) -> Iterator[Finding]:
     yield from wrong
     if any(finding.counts for finding in wrong):
         return  # what follows would blame what was made of them
+    yield from replaced(files.folder, places)
     settings = read_settings(files)
     try:
         store = open_graph(with_fresh_graph(files, kept=False).contents[GRAPH])
