@@ -357,6 +357,15 @@ def test_what_grows_is_looked_at_again_by_the_time_that_its_forecast_has_an_end(
     assert scene.until_attention(250, x=2.0) == 33.0 + after_s
 
 
+def test_where_nothing_was_found_in_time_it_is_looked_for_again_soon() -> None:
+    scene = Scene(lambda at_s: named("hot"))
+    scene.watch(30)
+    assert scene.until_attention(10, x=2.0) == 33.0
+    scene.monitoring.diagnose()
+    scene.monitoring.follow(NoActionNeeded(33.0, 0.1, late=True))
+    assert scene.until_attention(250, x=2.0) == 33.0 + SETTINGS.repeat_s < 33.0 + SETTINGS.review_s
+
+
 def test_a_release_is_reviewed_even_if_all_is_quiet() -> None:
     scene, released_s = recovered()
     reviews = [released_s + SETTINGS.review_s * k for k in (1, 2, 3)]

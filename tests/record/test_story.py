@@ -12,6 +12,7 @@ from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.events.recovery import (
     Compared,
     Deviated,
+    NoActionTaken,
     Probed,
     ProbeEnded,
     ReleasedActions,
@@ -52,6 +53,17 @@ def test_a_refusal_is_told_with_its_reason_and_forges_no_line() -> None:
     answered = RequestAnswered("r1", "search", "", RequestStatus.REFUSED, "CHK-SERVICE", FORGED)
     (line,) = story.tell(answered, 931.0)
     assert str(line).isprintable() and "search: the guard, because" in str(line)
+
+
+@pytest.mark.parametrize(
+    ("margin", "late", "text"),
+    [(0.1, False, "needed"), (-0.1, False, "would cost less"), (0.1, True, "was found in time"),
+     (-0.1, True, "was found in time")],
+)  # fmt: skip
+def test_why_a_plant_is_left_alone_is_told(margin: float, late: bool, text: str) -> None:
+    story = Story(load_plant("cstr").description)
+    (line,) = story.tell(NoActionTaken("normal", margin, late=late), 930.0)
+    assert str(line).endswith(f"no action {text} in 'normal'")
 
 
 def test_a_test_move_is_told_with_what_it_is_for_and_what_came_of_it() -> None:

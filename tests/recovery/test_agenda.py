@@ -13,8 +13,8 @@ from homeostat.domain.events.recovery import Attempted, Deviated, NoActionTaken
 from homeostat.domain.observation import Observation
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.prices import Price
-from homeostat.domain.verdict import StepBand
-from homeostat.recovery.bounds import InterventionBounds
+from homeostat.domain.verdict import NoActionNeeded, StepBand
+from homeostat.recovery.bounds import Budget, InterventionBounds
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import SYMPTOM, ScriptedAction, diagnosis
 from tests.recovery.desk import (
@@ -86,6 +86,15 @@ def test_a_wish_that_nobody_can_keep_hands_nothing_over() -> None:
     quits = ScriptedAction(NoAdmissiblePlan("nothing"))
     done = Recovery(ticks(1, 20, FINE), action=quits, limits=SOFT, rows=DEAR, improves=True).run()
     assert len(quits.asked) == 1 and done.handed_over == [] and done.when(NoActionTaken) == [10.0]
+
+
+def test_that_nothing_was_found_in_time_is_no_claim_that_nothing_is_needed() -> None:
+    hangs, bounds = ScriptedAction(GOOD, delay_s=5.0), Bounds(Budget(latency_s=0.2))
+    told = {"action": hangs, "limits": SOFT, "rows": DEAR, "improves": True, "bounds": bounds}
+    done = Recovery(ticks(1, 20, FINE), **told).run()  # type: ignore[arg-type]
+    (left,), (outcome,) = done.trace.of(NoActionTaken), done.monitoring.outcomes
+    assert isinstance(outcome, NoActionNeeded) and outcome.late and left.late
+    assert done.released == [] and done.handed_over == []
 
 
 def test_a_recovered_plant_that_runs_into_a_limit_is_handed_over() -> None:

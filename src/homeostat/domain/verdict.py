@@ -168,6 +168,8 @@ class NoActionNeeded:
     """Process time of the judgement [s]."""
     min_margin: float
     """Least margin over the criteria without action."""
+    late: bool = False
+    """Whether something better was looked for, and not found in the time that there was."""
 
 
 @dataclass(frozen=True, slots=True)

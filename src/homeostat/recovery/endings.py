@@ -15,12 +15,17 @@ def nothing_is_known(scene: Scene, limit_s: float) -> None:
     scene.record(Concluded(late))
 
 
-def take_no_action(scene: Scene, verdict: Verdict, idle: Rollout, armed: TimeLeft) -> NoActionNeeded:
-    """Say by which margins the plant does without help; ``idle`` is what was judged."""
+def take_no_action(
+    scene: Scene, verdict: Verdict, idle: Rollout, armed: TimeLeft, late: bool = False
+) -> NoActionNeeded:
+    """Say by which margins the plant does without help; ``idle`` is what was judged.
+
+    ``late``: something better was looked for, and not found in time.
+    """
     worst = min(verdict.findings, key=lambda f: f.margin)
-    scene.record(NoActionTaken(scene.now.state, worst.margin, verdict.findings, len(idle.weights)))
+    scene.record(NoActionTaken(scene.now.state, worst.margin, verdict.findings, len(idle.weights), late))
     stand_down(scene, armed)
-    return NoActionNeeded(scene.seen_s, worst.margin)
+    return NoActionNeeded(scene.seen_s, worst.margin, late)
 
 
 def stand_down(scene: Scene, armed: TimeLeft) -> None:

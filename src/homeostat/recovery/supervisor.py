@@ -139,7 +139,7 @@ class RecoveryLoop:
         if back := agenda.way_back_is_due(self._memory, scene):
             self._memory = agenda.after_asking_back(self._memory, scene)
         stance = agenda.stance(self._memory, look, due or back or probed, deviates, self._policy.worthwhile(look))
-        reason = "the batch is over, and what follows violates a limit"
+        reason, ran_out = "the batch is over, and what follows violates a limit", False
         if stance.asks:
             situation = scene.situation(diagnosis, verdict.findings, armed.left_s, look.cost)
             first = None if armed.fallback is None else armed.fallback.strategy
@@ -154,6 +154,7 @@ class RecoveryLoop:
                 taken = await self._proposals.ask(situation, given, began)
             except (TimeoutError, NoAdmissiblePlan, Withdrawn) as failed:
                 reason = str(failed) or f"no approved proposal within {armed.left_s:.1f} s"
+                ran_out = isinstance(failed, TimeoutError)
                 if isinstance(failed, NoAdmissiblePlan):
                     self._memory = replace(self._memory, in_vain=look)
             else:
@@ -170,7 +171,7 @@ class RecoveryLoop:
             return await fall_back(scene, reason)
         if stance is Stance.ACCEPT:
             self._memory = replace(self._memory, accepted=frozenset(s.rule for s in self._watch.symptoms))
-        return take_no_action(scene, verdict, idle, armed)
+        return take_no_action(scene, verdict, idle, armed, ran_out)
 
     def _given(self, stance: Stance, look: Look, verdict: Verdict, armed: TimeLeft) -> Alternatives:
         """What may be done without a proposal: leaving the plant alone, and the fallback that acts first."""

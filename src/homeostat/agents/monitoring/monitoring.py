@@ -224,8 +224,8 @@ class TwinMonitoring:
                 self._followed.released(actions.commands, at_s)
                 self._quiet_until_s = at_s + self._settings.transient_s
                 self._review_at_s = at_s + self._review_in_s(at_s)
-            case NoActionNeeded(at_s=at_s):
-                self._review_at_s = at_s + self._review_in_s(at_s)
+            case NoActionNeeded(at_s=at_s, late=late):
+                self._review_at_s = at_s + (self._settings.repeat_s if late else self._review_in_s(at_s))
             case FallbackNeeded():
                 self._review_at_s = None
 

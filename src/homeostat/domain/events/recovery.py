@@ -203,6 +203,8 @@ class NoActionTaken:
     """Every check with its margin, had nothing been done; empty in records that are older than this field."""
     members: int = 0
     """Members of the rollout; 0 in records that are older than this field."""
+    late: bool = False
+    """Whether something better was looked for, and not found in the time that there was."""
 
 
 @dataclass(frozen=True, slots=True)

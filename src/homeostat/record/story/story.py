@@ -117,6 +117,7 @@ class Story:
                 yield Line(at_s, "refused", text, Tone.WARNING)
             case NoActionTaken():
                 needed = "needed" if event.min_margin >= 0.0 else "would cost less"
+                needed = "was found in time" if event.late else needed
                 yield Line(at_s, "no action", f"{needed} in {event.state!r}", Tone.MUTED)
             case Probed():
                 yield _probe(event, at_s)
