@@ -60,6 +60,22 @@ def split(s: Flowsheet, b: Vessel) -> None:
     b.draw(linear_valve("F_out", s.actuator("V3", limited(1.0 - 2.0 * out, 0.0, 1.0)).opening))
 
 
+def drained(s: Flowsheet, b: Vessel) -> None:
+    """Something flows in all the time, so that the second part of the split range, an outlet, is what moves."""
+    split(s, b)
+    b.feed(linear_valve("F_in", 0.4))
+
+
+def drained_by_a_loop(s: Flowsheet, b: Vessel) -> None:
+    """The first part of the split range is the setpoint of an inner loop, which comes last of what follows it."""
+    out = s.controller("LIC", "L", acts=-1).output
+    wanted = limited(2.0 * out - 1.0, 0.0, 1.0) * "F_in"
+    flow = s.controller("FIC", "F", acts=-1, setpoint=wanted)
+    inlet(s, b, "F", s.actuator("V1", flow.output).opening)
+    b.draw(linear_valve("F_out", s.actuator("V3", limited(1.0 - 2.0 * out, 0.0, 1.0)).opening))
+    b.feed(linear_valve("F_in", 0.4))
+
+
 @pytest.mark.parametrize(
     ("build", "given"),
     [
@@ -70,6 +86,11 @@ def split(s: Flowsheet, b: Vessel) -> None:
         pytest.param(cascade, {"L_sp": 12.0, "F_sp": 0.07, "V2_cmd": 0.3}, id="a flow that a level no longer sets"),
         pytest.param(split, {"L_sp": 12.0, "V2_cmd": 0.3}, id="the inlet of a split range"),
         pytest.param(split, {"L_sp": 5.0, "V2_cmd": 0.0}, id="the outlet of a split range"),
+        pytest.param(drained, {"L_sp": 10.2, "V2_cmd": 0.0}, id="the outlet of a split range moves"),
+        pytest.param(drained, {"L_sp": 10.2, "V2_cmd": 0.0, "V1_man": 0.1}, id="it moves, the inlet is by hand"),
+        pytest.param(drained_by_a_loop, {"L_sp": 10.2, "V2_cmd": 0.0}, id="a split range over a loop: the valve"),
+        pytest.param(drained_by_a_loop, {"L_sp": 10.2, "V2_cmd": 0.7}, id="a split range over a loop: the loop"),
+        pytest.param(drained_by_a_loop, {"L_sp": 10.2, "F_sp": 0.05, "V2_cmd": 0.0}, id="the loop is set by hand"),
     ],
 )
 @pytest.mark.parametrize("at", [40, 600])

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from homeostat.process.blocks.code.control import Follows, follows
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import Actuator, Controller
+from homeostat.process.blocks.present.outputs import Part, Told, told_by
 from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate, leaves
 from homeostat.process.equipment import pid_integral
 from homeostat.process.types import Table, Vec
@@ -49,11 +50,12 @@ def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec
         given = _output(c, layout, readings, known, len(error))
         if given is None:
             continue
-        given = given[0], given[1], given[2] | _frozen(c, readings, known, len(error))
-        states[:, at[str(c.output.value)]] = given[0][-1]
-        known[c.output] = given[0]  # what it sets comes after it
+        given = given._replace(by_hand=given.by_hand | _frozen(c, readings, known, len(error)))
+        read = given.output[np.isfinite(given.output)]
+        states[:, at[str(c.output.value)]] = read[-1] if read.size else least
+        known[c.output] = given.output  # what it sets comes after it
         tuning = gain, values[c.gain("Ki")] * layout.tick_s, least
-        states[:, at[c.integral]] = _integral(error, forward, *given, tuning)
+        states[:, at[c.integral]] = _integral(error, forward, given, tuning)
 
 
 def _setpoint(c: Controller, readings: Mapping[str, Vec], known: Mapping[Term, Any]) -> Vec:
@@ -94,39 +96,48 @@ def _not_selected(
 
 def _output(
     c: Controller, layout: Layout, readings: Mapping[str, Vec], known: Mapping[Term, Any], rows: int
-) -> tuple[Vec, NDArray[np.bool_], NDArray[np.bool_]] | None:
-    """What the controller's output was by the record, in which rows it is known to be it, and in which it was by hand.
-
-    None if nothing tells.
-    """
-    how, moved, inner = follows(c, layout)
+) -> Told | None:
+    """What the record says of the controller's output, in each of ``rows`` rows; None if nothing tells."""
+    how = follows(c, layout)[0]
     least = float(evaluate(c.law.least, known))
+    no, free = np.zeros(rows, dtype=np.bool_), np.full(rows, np.inf)
     shown = next((s.name for s in layout.sheet.sensors.values() if s.of == c.output and s.name in readings), None)
     if shown is not None:
         output = readings[shown][1:]
-        return output, _inside(output, least), np.zeros(rows, dtype=np.bool_)
-    for a in sorted(moved, key=lambda a: _by_hand_at_last(a, readings)):
-        if a.command not in readings:
-            continue
-        by_hand = ~np.isnan(readings[a.manual][1:]) if a.manual in readings else np.zeros(rows, dtype=np.bool_)
-        assert a.automatic is not None
-        command = readings[a.command][1:]
+        return Told(output, _inside(output, least), no, -free, free)
+    parts = _parts(c, layout, readings, rows)
+    if parts and how is not Follows.STANDS:
+        part = parts[0]
         if how is Follows.BY_HAND:
-            return command - evaluate(c.law.beside, known), (command > 0.0) & (command < 1.0), by_hand
-        output = command if how is Follows.SELECTED else _inverse(a.automatic, c.output, command, known, least)
-        return output, _inside(output, least), by_hand
+            inside = (part.wanted > 0.0) & (part.wanted < 1.0)
+            return Told(part.wanted - evaluate(c.law.beside, known), inside, part.by_hand, -free, free)
+        # Where something else was chosen the integral term followed the command, as it does by hand.
+        other = part.by_hand | (part.at(c.output, known, least) == part.at(c.output, known, 1.0))
+        return Told(part.wanted, _inside(part.wanted, least) & ~other, other, -free, free)
+    if parts:
+        return told_by(parts, c.output, known, least)
+    for each in layout.sheet.controllers.values():
+        stands = each.law.meanwhile
+        if c.law.meanwhile == each.output and stands is not None and c.output in leaves(stands):  # one acts for both
+            return _output(replace(each, law=replace(each.law, meanwhile=None)), layout, readings, known, rows)
+    return None
+
+
+def _parts(c: Controller, layout: Layout, readings: Mapping[str, Vec], rows: int) -> list[Part]:
+    """All that follows the controller's output and is in the record: actuators, then setpoints of inner loops."""
+    _, moved, inner = follows(c, layout)
+    parts = list[Part]()
+    for a in moved:
+        if a.command in readings and a.automatic is not None:
+            by_hand = ~np.isnan(readings[a.manual][1:]) if a.manual in readings else np.zeros(rows, dtype=np.bool_)
+            parts.append(Part(a.automatic, readings[a.command][1:], by_hand))
     for i in inner:
         assert i.setpoint is not None
-        used = readings.get(i.given)
-        reading = readings[i.measured][1:] - readings.get(f"{i.measured}_err", np.zeros(rows + 1))[1:]
-        target = reading if used is None else np.where(np.isnan(used[1:]), reading, used[1:])
-        output = _inverse(i.setpoint, c.output, target, known, least)
-        return output, _inside(output, least), np.zeros(rows, dtype=np.bool_)
-    for other in layout.sheet.controllers.values():
-        stands = other.law.meanwhile
-        if c.law.meanwhile == other.output and stands is not None and c.output in leaves(stands):  # one acts for both
-            return _output(replace(other, law=replace(other.law, meanwhile=None)), layout, readings, known, rows)
-    return None
+        given = readings.get(i.given, np.full(rows + 1, np.nan))[1:]
+        # What it says that it is off by is exact, so that this is the setpoint in force.
+        in_force = readings[i.measured][1:] - readings.get(f"{i.measured}_err", np.zeros(rows + 1))[1:]
+        parts.append(Part(i.setpoint, np.where(np.isnan(given), in_force, given), ~np.isnan(given)))
+    return parts
 
 
 def _frozen(c: Controller, readings: Mapping[str, Vec], known: Mapping[Term, Any], rows: int) -> NDArray[np.bool_]:
@@ -148,39 +159,30 @@ def _inside(output: Vec, least: float) -> NDArray[np.bool_]:
     return np.asarray((output > least + 1e-9) & (output < 1.0 - 1e-9))
 
 
-def _inverse(of: Term, output: Term, wanted: Vec, known: Mapping[Term, Any], least: float) -> Vec:
-    """Output from ``least`` to 1 at which the monotone term ``of`` it is ``wanted``, by bisection; of its shape."""
-    low, high = np.full_like(wanted, least), np.ones_like(wanted)
-    rises = np.mean(evaluate(of, {**known, output: high}) - evaluate(of, {**known, output: low})) >= 0.0
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        below = evaluate(of, {**known, output: middle}) < wanted
-        up = below if rises else ~below
-        low, high = np.where(up, middle, low), np.where(up, high, middle)
-    return np.asarray(0.5 * (low + high))
-
-
-def _integral(
-    error: Vec,
-    forward: Vec,
-    output: Vec,
-    known: NDArray[np.bool_],
-    by_hand: NDArray[np.bool_],
-    tuning: tuple[float, float, float],
-) -> float:
+def _integral(error: Vec, forward: Vec, told: Told, tuning: tuple[float, float, float]) -> float:
     """The integral term after the last row, followed from the last row in which the output tells it.
 
-    It does where the output is ``known``, or by hand. ``tuning``: gain, reset per tick, and the lowest output.
+    From there on it stays where the output is within what the record says. ``tuning``: gain, reset per tick, and the
+    lowest output.
     """
     gain, reset, least = tuning
-    told = np.flatnonzero(known | by_hand)
-    first = int(told[-1]) if told.size else 0
-    integral = float(output[first] - forward[first] - gain * error[first])
-    if by_hand[-1]:
+    read = np.isfinite(error) & np.isfinite(forward) & np.isfinite(told.output)
+    rows = np.flatnonzero((told.known | told.by_hand) & read)
+    starts = rows if rows.size else np.flatnonzero(read)
+    if not starts.size:
+        return 0.0
+    first = int(starts[-1] if rows.size else starts[0])
+    integral = float(told.output[first] - forward[first] - gain * error[first])
+    if told.by_hand[-1] and first == len(error) - 1:
         return integral
-    if not told.size:
+    if not rows.size:
         integral = min(max(integral, least - forward[first]), 1.0 - forward[first])
-    rest = slice(first + int(by_hand[first]), None)
-    for e, f in zip(error[rest].tolist(), forward[rest].tolist(), strict=True):
+    for k in range(first + int(told.by_hand[first]), len(error)):
+        if not read[k]:
+            continue
+        e, f = float(error[k]), float(forward[k])
+        if k > first:
+            integral = min(max(integral, told.low[k] - f - gain * e), told.high[k] - f - gain * e)
         integral = pid_integral(e, integral + f, gain, reset, least, 1.0, 1.0) - f
-    return min(max(integral, -1.0), 1.0)
+    # Where nothing told it, it is a guess that must not lead far; else it is as large as the error asks for.
+    return integral if rows.size else min(max(integral, -1.0), 1.0)
