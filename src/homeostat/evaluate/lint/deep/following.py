@@ -33,6 +33,8 @@ BUMP: Final = 0.01
 """Share of an output's range by which control may jump where it resumes [1]."""
 FAR: Final = 0.1
 """Share of its size by which a state is taken to be far from where it is [1]."""
+MOVES: Final = 0.05
+"""Share of its range by which an actuator is off both ends where it moves [1]."""
 LATEST: Final = 300
 """Readings from which control resumes."""
 
@@ -63,7 +65,8 @@ def following(bench: Bench) -> Iterator[Finding]:
             seen.add(key)
             yield finding
     if not seen:
-        yield from explained(bench)
+        further = list(_resumed_further(bench))
+        yield from further[:1] or explained(bench)
 
 
 def _findings(bench: Bench) -> Iterator[Finding]:
@@ -230,22 +233,46 @@ _FOLLOW: Final = (
 
 def _resumed(bench: Bench, moment: Moment) -> Iterator[Finding]:
     """From a state that knows the last readings alone, the next commands are those of the plant that went on."""
+    d = bench.plant.description
+    driven = {loop.manipulated_variable: f"loop {loop.name!r} commands" for loop in reversed(d.loops)}
+    # The outer loop of a cascade is left out: what it sets shows in the command of the inner one.
+    yield from _jumps(
+        bench, moment, {n: w for n, w in driven.items() if d.variables[n] not in bench.plant.model.inputs}
+    )
+
+
+def _resumed_further(bench: Bench) -> Iterator[Finding]:
+    """The same of each actuator that no loop is known by, while it moves in the quiet course.
+
+    Of a split range one part rests while another moves, and control that resumes from the one alone is wrong then.
+    """
+    d, model, (whole, states) = bench.plant.description, bench.plant.model, recorded(bench)
+    known = {loop.manipulated_variable for loop in d.loops}
+    for signal in d.signals:
+        name, tag = signal.variable, signal.tag
+        if signal.relation is not Relation.DRIVES or name in model.inputs or tag.name in known:
+            continue
+        share = (whole.readings[name][: len(states)] - tag.range.low) / tag.range.span
+        moves = (share > MOVES) & (share < 1.0 - MOVES)
+        rows = 1 + np.flatnonzero(moves[1:])
+        if rows.size:
+            row = int(rows[len(rows) // 2])
+            yield from _jumps(bench, Moment(row, _part(whole, 0, row + 1), states[row]), {tag.name: "control commands"})
+
+
+def _jumps(bench: Bench, moment: Moment, driven: Mapping[str, str]) -> Iterator[Finding]:
+    """Which of ``driven``, tag -> who commands it, jump where control goes on at ``moment``."""
     model, d = bench.plant.model, bench.plant.description
     window = moment.window
     inputs = window.inputs[-1:]
     ahead = Window(window.end_s, {}, inputs)
     went = _next(bench, ahead, moment.state, window.end_s)
     resumed = _next(bench, ahead, _controlled(bench, moment, model.estimate(window.at(-1))), window.end_s)
-    for loop in d.loops:
-        name, tag = d.variables[loop.manipulated_variable], d.tag(loop.manipulated_variable)
-        if name in model.inputs:
-            continue  # the outer loop of a cascade: what it sets shows in the command of the inner one
-        jump = abs(resumed[name] - went[name])
-        if not jump <= BUMP * tag.range.span:
-            what = (
-                f"where control goes on at {moment.at_s:g} s, loop {loop.name!r} commands {tag.name!r} = "
-                f"{amount(resumed[name], tag.unit)} instead of {amount(went[name], tag.unit)}"
-            )
+    for tag, who in ((d.tag(name), who) for name, who in driven.items()):
+        now, was = resumed[d.variables[tag.name]], went[d.variables[tag.name]]
+        if not abs(now - was) <= BUMP * tag.range.span:
+            made, meant = amount(now, tag.unit), amount(was, tag.unit)
+            what = f"where control goes on at {moment.at_s:g} s, {who} {tag.name!r} = {made} instead of {meant}"
             yield of_model(
                 bench, "following", "resume", what, "set the controller's memory so that its output goes on as it was"
             )
