@@ -1,4 +1,7 @@
-"""A controller that an override keeps from acting is off its setpoint: the check says how to leave its symptom out."""
+"""A controller that rests, or that an override keeps from acting, is off its setpoint: it says how to state that.
+
+One that is needed, that acts the wrong way, or that has given all that it has is wrong all the same.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,9 @@ from pathlib import Path
 
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.fault_free import healthy_symptoms
+from homeostat.evaluate.lint.deep.loops import loops
+from homeostat.evaluate.lint.finding import Finding, Severity
+from homeostat.plants.scaffold import make_plant
 
 AIR = Path(__file__).parents[3] / "examples" / "instrument_air"
 OMITTED = "symptoms,S-JIC1-OFF,"
@@ -35,3 +41,58 @@ def test_the_symptom_of_a_resting_controller_may_be_left_out(tmp_path: Path) -> 
 
 def test_the_example_leaves_it_out() -> None:
     assert "JIC1" not in {name for rule in Bench(AIR).plant.description.symptom_rules for name in rule.name.split("-")}
+
+
+def heated(folder: Path, *changes: tuple[str, str, str], needed: bool = False, left_out: bool = False) -> list[Finding]:
+    """What is found of the loops of a heated tank that starts warm enough, with ``changes`` to what its files say."""
+    make_plant(folder, "tanks")
+    ready = ("engineering/guards.csv", "T1 >= 48 and T1 <= 52", "T1 >= 15")
+    asked = () if needed else (("engineering/criteria.csv", "abs(T1.err) <= 2", "T1 <= 90"),)
+    for file, old, new in (ready, *asked, *changes):
+        text = (folder / file).read_text("utf-8")
+        assert old in text
+        (folder / file).write_text(text.replace(old, new), "utf-8")
+    if left_out:
+        rows = "table,row,reason\nsymptoms,S-TIC1-OFF,It rests by design\n"
+        (folder / "engineering" / "omitted.csv").write_text(rows, "utf-8")
+    return [each for each in loops(Bench(folder)) if each.where.key == "TIC1"]
+
+
+COLD = ("engineering/setpoints.csv", "starting|normal|holding,T1.sp,,,50", "starting|normal|holding,T1.sp,,,10")
+"""The heater is there against frost: the feed is warmer than its setpoint."""
+WEAK = ("engineering/parameters.csv", "power_H1,60,", "power_H1,20,")
+"""The heater gives all that it has."""
+
+
+def test_a_loop_on_the_safe_side_of_its_setpoint_rests_and_its_symptom_may_be_left_out(tmp_path: Path) -> None:
+    (found,) = heated(tmp_path / "frost", COLD)
+    assert found.severity is Severity.WARNING
+    assert "loop 'TIC1' rests" in found.what and "'H1.cmd' at its lower end, 0" in found.what
+    assert "it acts once 'T1' is below it" in found.what
+    assert "symptoms,S-TIC1-OFF" in found.remedy and "omitted.csv" in found.remedy
+
+
+def test_one_whose_symptom_is_left_out_is_a_note(tmp_path: Path) -> None:
+    (found,) = heated(tmp_path / "frost", COLD, left_out=True)
+    assert found.severity is Severity.NOTE and "rests" in found.what
+
+
+def test_one_that_a_criterion_needs_does_not_rest(tmp_path: Path) -> None:
+    (found,) = heated(tmp_path / "frost", COLD, needed=True, left_out=True)
+    assert found.severity is Severity.ERROR and "has no more to give" in found.what
+
+
+def test_one_that_has_given_all_that_it_has_does_not_rest(tmp_path: Path) -> None:
+    (found,) = heated(tmp_path / "weak", WEAK)
+    assert found.severity is Severity.ERROR and "'H1.cmd' stands at its upper end, 1" in found.what
+
+
+def test_at_the_upper_end_one_rests_where_the_tables_say_so(tmp_path: Path) -> None:
+    (found,) = heated(tmp_path / "open", WEAK, left_out=True)
+    assert found.severity is Severity.NOTE and "'H1.cmd' at its upper end, 1" in found.what
+
+
+def test_one_that_acts_the_wrong_way_does_not_rest(tmp_path: Path) -> None:
+    old = 'measured="T1", drives="H1", acts=-1'
+    (found,) = heated(tmp_path / "turned", ("process.py", old, old.replace("-1", "1")), left_out=True)
+    assert found.severity is Severity.ERROR and "'H1.cmd' stands at its lower end, 0" in found.what

@@ -12,12 +12,11 @@ from homeostat.domain.plant.description import ControlLoop, Relation
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.lint.deep.bench import Bench
-from homeostat.evaluate.lint.deep.loops import SCALES, by_hand, end_of, gains_of, last_of, overridden
+from homeostat.evaluate.lint.deep.loops import gains_of
+from homeostat.evaluate.lint.deep.resting import HALF, SCALES, by_hand, end_of, last_of, overridden
 from homeostat.evaluate.lint.finding import Finding, Severity, amount
 from homeostat.evaluate.lint.own_code import written
 
-HALF: Final = 0.5
-"""Share of the course after which the actuator is moved by hand [1]."""
 HELPS: Final = 0.2
 """Share of its deviation by which a reading comes nearer to its setpoint then [1]."""
 

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
 
 from homeostat.domain.diagnosis import SymptomRule
-from homeostat.domain.plant.description import ControlLoop, Relation
+from homeostat.domain.plant.description import Relation
 from homeostat.domain.plant.limits import Limit, LimitKind
 from homeostat.domain.recovery import Step
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.contract import module_file
 from homeostat.evaluate.lint.deep.course import Course, told_margin
 from homeostat.evaluate.lint.deep.inverted import TURN, turned_at
+from homeostat.evaluate.lint.deep.resting import Rest, rest_of
 from homeostat.evaluate.lint.deep.settings import of_settings
 from homeostat.evaluate.lint.deep.symptoms import first_symptoms
 from homeostat.evaluate.lint.finding import Finding, Place, Severity
@@ -198,14 +199,21 @@ def healthy_symptoms(bench: Bench) -> Iterator[Finding]:
                 f"{shown.largest:.3g} times the threshold, {shown.threshold:.4g}"
             )
             place = bench.places.row("symptoms", id=rule.name)
-            remedy = "raise sigma, threshold or on_delay_s" + _resting(bench.plant.description.loops, rule)
+            remedy = "raise sigma, threshold or on_delay_s" + _resting(bench, rule)
             yield Finding(Severity.ERROR, "symptoms", place, what, remedy)
 
 
-def _resting(loops: Sequence[ControlLoop], rule: SymptomRule) -> str:
-    """What else to do about the deviation of a controller that shares its command: while it rests it holds nothing."""
+def _resting(bench: Bench, rule: SymptomRule) -> str:
+    """What else to do about the deviation of a controller that rests, or that shares its command: it holds nothing."""
+    loops = bench.plant.description.loops
     own = next((loop for loop in loops if rule.feature == f"F-{loop.name}"), None)
-    others = [loop.name for loop in loops if own is not None and own.manipulated_variable == loop.manipulated_variable]
-    if len(others) < 2:
+    if own is None:
         return ""
-    return f", or leave it out where {' and '.join(others)} override each other and it rests by design (omitted.csv)"
+    others = [loop.name for loop in loops if own.manipulated_variable == loop.manipulated_variable]
+    if len(others) > 1:
+        return (
+            f", or leave it out where {' and '.join(others)} override each other and it rests by design (omitted.csv)"
+        )
+    if rest_of(bench, own) is not Rest.NO:
+        return f", or leave it out where {own.name} rests by design (omitted.csv)"
+    return ""

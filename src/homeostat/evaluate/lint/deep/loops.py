@@ -7,28 +7,30 @@ from typing import Final
 
 import numpy as np
 
-from homeostat.domain.plant.description import ControlLoop, Relation
-from homeostat.domain.plant.tag import Tag
+from homeostat.domain.plant.description import ControlLoop
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.course import Course
+from homeostat.evaluate.lint.deep.resting import (
+    SCALES,
+    Rest,
+    by_hand,
+    end_of,
+    last_of,
+    overridden,
+    rest_of,
+)
 from homeostat.evaluate.lint.finding import Finding, Place, Severity, amount
 
-LATE: Final = 0.2
-"""Share of a course at its end in which a loop has to stand still [1]."""
 STILL: Final = 0.05
 """Share of its range by which an output may swing there without noise [1]."""
 SHAKES: Final = 0.05
 """Standard deviation, as a share of its range, by which noise may move an output [1]."""
-SCALES: Final = 2.0
-"""Scales of its tag by which a loop may be off its setpoint there [1]."""
 FOLLOWED: Final = 0.63
 """Share of a small step after which it is followed [1]."""
 SLOWER: Final = 10.0
 """Multiple of the time for its whole range that a loop may take for a small step [1]."""
-END: Final = 0.01
-"""Share of its range by which the mean of an output may be off an end at which it stands [1]."""
 ROUND: Final = 1e-9
 AVERAGED_S: Final = 30.0
 """For how long it is averaged where a loop has come to, by the reference [s]."""
@@ -40,37 +42,31 @@ def loops(bench: Bench) -> Iterator[Finding]:
     for loop in bench.plant.description.loops:
         found = None
         if not by_hand(bench, loop) and not overridden(bench, loop):
-            found = _holds(bench, loop) or _follows(bench, loop)
+            found = _rests(bench, loop) or _holds(bench, loop) or _follows(bench, loop)
         if found is not None:
             yield found
 
 
-def by_hand(bench: Bench, loop: ControlLoop) -> bool:
-    """Whether the healthy course ends with the loop's actuator commanded by hand, as a batch does: nothing is held."""
-    d, times_s = bench.plant.description, bench.quiet.truth.times_s
-    driven = next(s.component for s in d.signals if s.tag.name == loop.manipulated_variable)
-    manual = [s.tag.name for s in d.signals if s.relation is Relation.OVERRIDES and s.component == driven]
-    late = bench.quiet.after((1.0 - LATE) * times_s[-1])
-    return any(bool(np.isfinite(bench.quiet.true(name)[late]).any()) for name in manual)
-
-
-def overridden(bench: Bench, loop: ControlLoop) -> bool:
-    """Whether another loop moves the same actuator in its place at the end of the healthy course: nothing is held."""
-    if not is_off(bench, loop):
-        return False
-    rivals = [
-        each
-        for each in bench.plant.description.loops
-        if each.manipulated_variable == loop.manipulated_variable and each != loop
-        and np.isfinite(bench.quiet.true(each.setpoint)[-1])  # else it is the inner one of a cascade
-    ]  # fmt: skip
-    return any(not is_off(bench, each) for each in rivals)
-
-
-def is_off(bench: Bench, loop: ControlLoop) -> bool:
-    """Whether a loop is off its setpoint at the end of the healthy course."""
-    last, tag = last_of(bench.quiet, loop), bench.plant.description.tag(loop.process_variable)
-    return last is not None and abs(float(last[0].mean())) > SCALES * tag.scale
+def _rests(bench: Bench, loop: ControlLoop) -> Finding | None:
+    """It holds nothing, since what it would hold is on the safe side of its setpoint: what to state of that."""
+    last, rest = last_of(bench.quiet, loop), rest_of(bench, loop)
+    if last is None or rest is Rest.NO:
+        return None
+    output, pv = (bench.plant.description.tag(tag) for tag in (loop.manipulated_variable, loop.process_variable))
+    off, place = float(last[0].mean()), bench.places.row("loops", id=loop.name)
+    what = (
+        f"loop {loop.name!r} rests: {pv.name!r} is {amount(abs(off), pv.unit)} {'below' if off < 0.0 else 'above'} its "
+        f"setpoint at the end of a healthy course, with {output.name!r} at {end_of(output, last[1])}, and it acts "
+        f"once {pv.name!r} is {'above' if off < 0.0 else 'below'} it"
+    )
+    if rest is Rest.STATED:
+        return Finding(Severity.NOTE, "loops", place, what, "nothing, where that is its design")
+    setpoint = bench.places.row("setpoints", tag=loop.setpoint)
+    remedy = (
+        f"where that is its design, leave its symptom out (a row symptoms,S-{loop.name}-OFF of omitted.csv); "
+        f"otherwise state a setpoint that can be reached ({setpoint}), or give the equipment more (parameters.csv)"
+    )
+    return Finding(Severity.WARNING, "loops", place, what, remedy)
 
 
 def _holds(bench: Bench, loop: ControlLoop) -> Finding | None:
@@ -112,17 +108,6 @@ def _holds(bench: Bench, loop: ControlLoop) -> Finding | None:
     return None
 
 
-def end_of(output: Tag, moved: np.ndarray) -> str:
-    """At which end of its range an output stands, with the value; empty where it does not."""
-    if not np.isfinite(moved).all():  # another controller is moved by it
-        return ""
-    mean, near = float(moved.mean()), END * output.range.span
-    for name, value in (("lower", output.range.low), ("upper", output.range.high)):
-        if abs(mean - value) <= near:
-            return f"its {name} end, {amount(value, output.unit)}"
-    return ""
-
-
 def _exhausted(bench: Bench, loop: ControlLoop, end: str, off: str, when: str) -> Finding:
     """The actuator gives all that it has, and that is not enough."""
     place = bench.places.row("setpoints", tag=loop.setpoint)
@@ -141,20 +126,6 @@ def _exhausted(bench: Bench, loop: ControlLoop, end: str, off: str, when: str) -
 def _at(mean: float, unit: str) -> str:
     """Where an output is; a setpoint that another controller sets has no value of its own."""
     return f"at {amount(mean, unit, 3)}" if np.isfinite(mean) else "set by it"
-
-
-def last_of(course: Course, loop: ControlLoop) -> tuple[np.ndarray, np.ndarray] | None:
-    """Deviation and output at the end of a course; None where it broke."""
-    if course.broke:
-        return None
-    late = course.after((1.0 - LATE) * course.truth.times_s[-1])
-    given = course.true(loop.setpoint)[late]
-    error = course.true(loop.process_variable)[late] - given
-    if np.isnan(given).any():  # another controller sets it
-        signals = course.plant.description.signals
-        own = [s.tag.name for s in signals if s.relation is Relation.REPORTS and s.component == loop.controller]
-        error = course.true(own[0])[late] if own else np.zeros_like(error)
-    return error, course.true(loop.manipulated_variable)[late]
 
 
 def _follows(bench: Bench, loop: ControlLoop) -> Finding | None:
