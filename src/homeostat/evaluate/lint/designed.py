@@ -1,4 +1,7 @@
-"""What the tables alone show of control: gains that act against each other, limits that the design itself violates."""
+"""What the tables alone show of control: gains that act against each other, limits that the design itself violates.
+
+And outputs that a state commands by hand and the next one does not command, so that they stay where they are.
+"""
 
 from __future__ import annotations
 
@@ -49,6 +52,33 @@ def held_beyond(plant: PlantDescription, places: Places) -> Iterator[Finding]:
         what = f"'{limit.formula}' is violated all the time in {state!r}, which by design holds {' and '.join(told)}"
         place = places.row("limits", id=limit.name)
         yield Finding(Severity.ERROR, "rules", place, what, "correct the limit, or the design in setpoints.csv")
+
+
+def kept_by_hand(plant: PlantDescription, places: Places) -> Iterator[Finding]:
+    """Manual outputs that a state holds by design and a state that follows on it leaves where they are.
+
+    A state of start-up is left out: the plant is there by a decision of whoever starts it again, after a fallback.
+    """
+    manual = {s.tag.name for s in plant.signals if s.relation is Relation.OVERRIDES} & plant.overridden.keys()
+    found: dict[tuple[str, str], dict[str, float]] = {}
+    for transition in plant.machine.transitions:
+        source, target = plant.machine.state(transition.source), plant.machine.state(transition.target)
+        for row in () if target.name in plant.start_up.states else source.setpoints:
+            if row.tag in manual and row.design is not None and target.setpoint(row.tag) is None:
+                found.setdefault((row.tag, target.name), {})[source.name] = row.design
+    for (tag, target), sources in sorted(found.items()):
+        unit = plant.tag(tag).unit
+        told = " and ".join(f"{amount(value, unit, 6)} in {name!r}" for name, value in sorted(sources.items()))
+        what = (
+            f"{tag!r} is commanded by hand, to {told}, and {target!r}, which follows, does not command it: it stays "
+            "there, and its controller moves nothing"
+        )
+        remedy = (
+            f"give it a row in {target!r}: automatic ({target},{tag},0,0, with no design), a range for a choice, or "
+            "the value at which it is to stay"
+        )
+        first = min(sources)
+        yield Finding(Severity.WARNING, "states", places.row("setpoints", state=first, tag=tag), what, remedy)
 
 
 def _held(plant: PlantDescription, name: str) -> dict[str, tuple[float, str]]:

@@ -12,7 +12,7 @@ from pyoxigraph import NamedNode
 
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.evaluate.lint.causes import first_causes, misspelt, pairs
-from homeostat.evaluate.lint.designed import held_beyond, opposed_gains
+from homeostat.evaluate.lint.designed import held_beyond, kept_by_hand, opposed_gains
 from homeostat.evaluate.lint.finding import Finding, Place, Severity, split
 from homeostat.evaluate.lint.own_code import module_of, of_model, written
 from homeostat.evaluate.lint.places import Places
@@ -91,6 +91,7 @@ def fits(folder: Path) -> Iterator[Finding]:
         yield of_mistake("consistency", error, places)
     if not wrong:
         yield from held_beyond(described, places)
+        yield from kept_by_hand(described, places)
         yield from otherwise_sampled(described, model, places)
         yield from unjudged(described, places)
 
