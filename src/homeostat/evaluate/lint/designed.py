@@ -57,7 +57,7 @@ def held_beyond(plant: PlantDescription, places: Places) -> Iterator[Finding]:
 def kept_by_hand(plant: PlantDescription, places: Places) -> Iterator[Finding]:
     """Manual outputs that a state holds by design and a state that follows on it leaves where they are.
 
-    A state of start-up is left out: the plant is there by a decision of whoever starts it again, after a fallback.
+    States of start-up are not looked at, although what a fallback left by hand stays there as well after a restart.
     """
     manual = {s.tag.name for s in plant.signals if s.relation is Relation.OVERRIDES} & plant.overridden.keys()
     found: dict[tuple[str, str], dict[str, float]] = {}
@@ -66,15 +66,15 @@ def kept_by_hand(plant: PlantDescription, places: Places) -> Iterator[Finding]:
         for row in () if target.name in plant.start_up.states else source.setpoints:
             if row.tag in manual and row.design is not None and target.setpoint(row.tag) is None:
                 found.setdefault((row.tag, target.name), {})[source.name] = row.design
-    for (tag, next_state), sources in sorted(found.items()):
+    for (tag, after), sources in sorted(found.items()):
         unit = plant.tag(tag).unit
         told = " and ".join(f"{amount(value, unit, 6)} in {name!r}" for name, value in sorted(sources.items()))
         what = (
-            f"{tag!r} is commanded by hand, to {told}, and {next_state!r}, which follows, does not command it: it stays "
+            f"{tag!r} is commanded by hand, to {told}, and {after!r}, which follows, does not command it: it stays "
             "there, and its controller moves nothing"
         )
         remedy = (
-            f"give it a row in {next_state!r}: automatic ({next_state},{tag},0,0, with no design), a range for a choice, or "
+            f"give it a row in {after!r}: automatic ({after},{tag},0,0, with no design), a range for a choice, or "
             "the value at which it is to stay"
         )
         first = min(sources)
