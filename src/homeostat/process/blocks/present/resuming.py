@@ -111,8 +111,10 @@ def _output(
         if how is Follows.BY_HAND:
             inside = (part.wanted > 0.0) & (part.wanted < 1.0)
             return Told(part.wanted - evaluate(c.law.beside, known), inside, part.by_hand, -free, free)
-        # Where something else was chosen the integral term followed the command, as it does by hand.
-        other = part.by_hand | (part.at(c.output, known, least) == part.at(c.output, known, 1.0))
+        other = part.by_hand
+        if how is not Follows.SELECTED:  # which of several controllers was selected, their outputs alone do not tell
+            # Where something else was chosen the integral term followed the command, as it does by hand.
+            other = other | (part.at(c.output, known, least) == part.at(c.output, known, 1.0))
         return Told(part.wanted, _inside(part.wanted, least) & ~other, other, -free, free)
     if parts:
         return told_by(parts, c.output, known, least)
