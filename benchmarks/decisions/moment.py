@@ -2,12 +2,14 @@
 
 The best constant and the best route know the true plant. Here every way on, with values on a grid that is made finer
 around the best, is judged as the search judges: on the members that stood for what was known, by what forbids and by
-what it costs. What that choice costs on the true plant is what nobody could have saved without knowing more.
+what it costs. What that choice costs on the true plant is what deciding once, on that knowledge, comes to; a run that
+goes on learning may do better.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -27,7 +29,7 @@ FINER = (0.125, 0.0625)
 """Steps around the best one, in ranges [1], again and again."""
 AT_ONCE = 50
 """Candidates that are rolled out in one call."""
-Chosen = tuple[float, ActionSet | None]
+Chosen: TypeAlias = tuple[float, ActionSet | None]
 """What a choice comes to by the search's own objective, and what is commanded; None is leaving the plant alone."""
 
 

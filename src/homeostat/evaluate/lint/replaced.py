@@ -17,8 +17,10 @@ _NAME: Final = re.compile(r"[A-Za-z_][\w.]*")
 
 
 def replaced(folder: Path, places: Places) -> Iterator[Finding]:
-    """Rows whose name is that of a feature which follows, and which reads what they do not; symptoms that follow read
-    them in its place, and see nothing of what they are to see."""
+    """Rows whose name is that of a feature which follows, and which reads what they do not.
+
+    Symptoms that follow read them in its place, and see nothing of what they are to see.
+    """
     tables, unread = stated_tables(folder)
     if unread or not is_short(folder):
         return

@@ -116,9 +116,7 @@ class Story:
                 text = f"{event.proposer}: the release check, because {printable(event.reason)}"
                 yield Line(at_s, "refused", text, Tone.WARNING)
             case NoActionTaken():
-                needed = "needed" if event.min_margin >= 0.0 else "would cost less"
-                needed = "was found in time" if event.late else needed
-                yield Line(at_s, "no action", f"{needed} in {event.state!r}", Tone.MUTED)
+                yield _let_be(event, at_s)
             case Probed():
                 yield _probe(event, at_s)
             case Waited():
@@ -185,6 +183,11 @@ class Story:
             text += f": {commands(event.commands, self._plant)}"
         text += f"; {verdict} {worst(event.findings, self._scales)}"
         return Line(at_s, ATTEMPT, text, Tone.PLAIN if event.approved else Tone.MUTED)
+
+
+def _let_be(event: NoActionTaken, at_s: float) -> Line:
+    why = "was found in time" if event.late else "needed" if event.min_margin >= 0.0 else "would cost less"
+    return Line(at_s, "no action", f"{why} in {event.state!r}", Tone.MUTED)
 
 
 def _wait(event: Waited, at_s: float) -> Line:
