@@ -42,6 +42,7 @@ class ScriptedTwin:
     sharpened: list[tuple[float, int, tuple[Hypothesis, ...]]] = field(default_factory=list)
     over: Ended | None = None
     checked: list[float] = field(default_factory=list)
+    believed: list[tuple[float, tuple[FaultState, ...]]] = field(default_factory=list)
 
     def observe(self, snapshot: Snapshot) -> None:
         self.at_s = snapshot.at_s
@@ -74,6 +75,9 @@ class ScriptedTwin:
 
     def recalibrate(self, seconds: int, hypotheses: Sequence[Hypothesis]) -> None:
         self.sharpened.append((self.at_s, seconds, tuple(hypotheses)))
+
+    def believe(self, known: tuple[FaultState, ...]) -> None:
+        self.believed.append((self.at_s, known))
 
 
 class OneSymptomEach(NoGraph):

@@ -160,6 +160,21 @@ class ProcessModelContract:
         for name, value in read.items():
             assert again[name] == pytest.approx(value, rel=1e-12, abs=1e-12, nan_ok=True), name
 
+    def test_an_estimate_has_what_no_instrument_shows_where_it_was_followed_to(
+        self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int, corrected: tuple[str, ...]
+    ) -> None:
+        _, result = self.settled(model, parameters, inputs, settle_s)
+        read = {**model.readings(result.state[0], inputs)}
+        shown = model.estimate(read)
+        for name in model.unseen:
+            assert name in model.states and name not in model.variables
+            moved = shown[model.states.index(name)] + 0.01
+            found = model.estimate({**read, name: moved})
+            told = name.endswith("_integral")  # what the command of a loop tells goes before
+            assert told or found[model.states.index(name)] == pytest.approx(moved, rel=1e-6)
+            others = [model.shown[v] for v in corrected]
+            np.testing.assert_allclose(found[others], shown[others], rtol=1e-6, atol=1e-9)
+
     def test_an_estimate_can_be_simulated(
         self, model: ProcessModel, parameters: Vec, inputs: Vec, settle_s: int
     ) -> None:

@@ -29,6 +29,8 @@ class ProcessModel(Protocol):
     """Names of everything that a tag may be bound to."""
     shown: Mapping[str, int]
     """Variable -> state column of what its instrument shows."""
+    unseen: tuple[str, ...]
+    """States that no instrument shows and that others depend on: only the past says where they are."""
     kernel: Kernel
     """Compiled code that advances the states by ticks; it says how long one is."""
 
@@ -48,7 +50,10 @@ class ProcessModel(Protocol):
         ...
 
     def estimate(self, readings: Mapping[str, float]) -> Vec:
-        """A state that agrees with (smoothed) readings, shape (states,)."""
+        """A state that agrees with (smoothed) readings, shape (states,).
+
+        What is :attr:`unseen` is where ``readings`` say by its name, or where it usually is.
+        """
         ...
 
     def settle(

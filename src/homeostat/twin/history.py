@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field
 from itertools import islice
@@ -46,6 +46,8 @@ class Window:
     """Process time between two readings [s]."""
     still_s: Mapping[str, float] = field(default_factory=dict)
     """Variable -> when a reading of it changed last, before the window, of those that had changed most times [s]."""
+    unseen: Mapping[str, float] = field(default_factory=dict)
+    """State that no instrument shows -> where it was at the first reading; what is not named nobody followed."""
 
     @property
     def length(self) -> int:
@@ -77,6 +79,15 @@ class Window:
     def at(self, row: int) -> dict[str, float]:
         """Readings of one row."""
         return {v: float(r[row]) for v, r in self.readings.items()}
+
+    def part(self, first: int, last: int) -> Window:
+        """Readings ``first`` to ``last`` - 1, without what is known of single instruments."""
+        readings = {v: r[first:last] for v, r in self.readings.items()}
+        return Window(self.at_s(first), readings, self.inputs[first:last], self.settle_rows, tick_s=self.tick_s)
+
+
+def _nobody_followed(at_s: float) -> dict[str, float]:
+    return {}
 
 
 def _first(readings: Vec) -> float:
@@ -133,6 +144,7 @@ class History:
         self._rows: deque[_Row] = deque(maxlen=capacity)
         self._windows: dict[int, Window] = {}
         self._frozen_s: dict[str, float] = {}
+        self._unseen: Callable[[float], dict[str, float]] = _nobody_followed
         none = np.zeros(len(self._variables))
         self._changed_s, self._changes, self._compared, self._until_change = none, none, none, none
 
@@ -176,10 +188,24 @@ class History:
         other._rows, other._windows = self._rows.copy(), self._windows.copy()
         return other
 
+    def tell(self, states: tuple[str, ...], at_s: Vec, values: Table) -> None:
+        """Where ``states`` were that no instrument shows: at times ``at_s``, shape (n,) [s]; shape (n, states)."""
+
+        def unseen(at: float) -> dict[str, float]:
+            return {name: float(np.interp(at, at_s, values[:, k])) for k, name in enumerate(states)}
+
+        self._unseen = unseen
+        self._windows = {}
+
     @property
     def length(self) -> int:
         """Number of snapshots held."""
         return len(self._rows)
+
+    @property
+    def begin_s(self) -> float:
+        """Process time of the first snapshot that is held [s]; minus infinity where there is none."""
+        return self._rows[0].at_s if self._rows else -math.inf
 
     @property
     def whole(self) -> Window:
@@ -213,4 +239,5 @@ class History:
         still = lively & (self._changed_s <= rows[0].at_s)
         still_s = {v: float(self._changed_s[k]) for k, v in enumerate(self._variables.values()) if still[k]}
         begin_s = rows[0].at_s
-        return Window(begin_s, readings, inputs, self._settle_rows, held, frozen_s, self._tick_s, still_s)
+        unseen = self._unseen(begin_s)
+        return Window(begin_s, readings, inputs, self._settle_rows, held, frozen_s, self._tick_s, still_s, unseen)

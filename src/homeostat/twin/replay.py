@@ -51,9 +51,10 @@ def starting_states(
     Each is that of the smoothed readings, moved so that the member's own instruments (with their calibration and
     faults) would show them; those that were stuck before it show nothing. What no instrument shows stands where the
     member's own faults have put it: a valve that was stuck before the window does not move into its place within it.
+    Where such a state has been for long, it stands where it was followed to.
     """
     first = window.beginning
-    states = np.tile(model.estimate(first | _manual(window)), (len(parameters), 1))
+    states = np.tile(model.estimate({**first, **_manual(window), **window.unseen}), (len(parameters), 1))
     commanded = model.replay_inputs(window.readings, window.inputs)[:1]
     arrived, follows = moved_inputs(commanded, carried.moves, window.start_s, tick_of(model.kernel))
     model.settle(states, arrived[follows, 0], parameters, carried.severity, carried.onset_s, window.start_s)

@@ -36,6 +36,7 @@ from homeostat.twin.isolation.isolation import FaultIsolation, Question
 from homeostat.twin.isolation.prechecks import flat_lines
 from homeostat.twin.separation import separation
 from homeostat.twin.settings import TwinSettings
+from homeostat.twin.unseen import UnseenStates
 
 
 class Purpose(StrEnum):
@@ -92,6 +93,7 @@ class Twin:
             tick_s=description.timing.tick_s,
             sampled=description.sampled,
         )
+        self._unseen = UnseenStates(model, self._carrier, settings.corrected)
         self._drawn = _Drawn(-np.inf, self._posterior, {})
 
     @property
@@ -111,6 +113,11 @@ class Twin:
     def observe(self, snapshot: Snapshot) -> None:
         """Take one more snapshot of the plant."""
         self._history.append(snapshot)
+        self._unseen.follow(self._history, self._posterior.mean)
+
+    def believe(self, known: FaultSet) -> None:
+        """From now on ``known`` is taken to be wrong, and to have moved what no instrument shows since it began."""
+        self._unseen.believe(known, self._history, self._posterior.mean + self._posterior.change(known))
 
     def frozen(self) -> Twin:
         """This twin as it is now: who computes for long beside the event loop computes on that.
@@ -121,7 +128,7 @@ class Twin:
         if self._history.length:
             self._at_present()
         still = copy(self)
-        still._history = self._history.copy()
+        still._history, still._unseen = self._history.copy(), copy(self._unseen)
         return still
 
     def calibrate(self, seconds: float) -> None:

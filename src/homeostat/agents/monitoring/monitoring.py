@@ -138,6 +138,7 @@ class TwinMonitoring:
         self._clearing.explained([s.rule for s in self._symptoms])
         self._acknowledge()
         self._sharpen(hypotheses)
+        self._twin.believe(self._known)
         same = {f.fault for f in before} == {f.fault for f in self._known}
         return Diagnosis(self._at_s, self._last, hypotheses, news=not (again and same))
 
@@ -188,6 +189,7 @@ class TwinMonitoring:
                 self._quiet_until_s = self._at_s + self._settings.transient_s
             return self._over(self._from_s), not self._symptoms
         self._known = tuple(f for f in self._known if f.fault not in since_s)
+        self._twin.believe(self._known)
         left = [replace(h, faults=tuple(f for f in h.faults if f.fault not in since_s)) for h in self._said]
         self._said, self._forgot = tuple(left), True
         return None, True
@@ -199,6 +201,7 @@ class TwinMonitoring:
         """
         self._doubts, self._returns_until_s = may_return(self._said), self._at_s + self._settings.review_s
         over, self._known, self._said, self._last, self._told = self._known, (), (), (), frozenset()
+        self._twin.believe(())
         self._open = frozenset()
         self._review_at_s = self._first_s = None
         self._clearing.over()

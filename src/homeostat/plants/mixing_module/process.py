@@ -54,6 +54,7 @@ class MixingModel:
     faults: tuple[str, ...] = FaultSlot._fields
     variables: tuple[str, ...] = (*_READ, *(f"cmd_{name}" for name in Input._fields), *_HIDDEN)
     shown: Mapping[str, int] = _READ
+    unseen: tuple[str, ...] = ()
     kernel: Kernel = advance
 
     def initial_state(self, parameters: Vec) -> Vec:

@@ -17,7 +17,7 @@ from homeostat.process.blocks.flowsheet import COMMANDS, SETPOINTS, Flowsheet
 from homeostat.process.blocks.hydraulics.solver import solve_network
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import fault
-from homeostat.process.blocks.present.estimation import Estimation
+from homeostat.process.blocks.present.estimation import Estimation, unseen_states
 from homeostat.process.blocks.present.resuming import resume_controllers
 from homeostat.process.blocks.term import TICK, Leaf, Term, evaluate
 from homeostat.process.compiled import compiled
@@ -74,6 +74,7 @@ class ComposedModel:
         self.sampled: Mapping[str, float] = {s.name: s.every_s for s in sheet.sensors.values() if s.every_s > tick_s}
         """Instrument that shows each of its samples for some ticks -> time between two of them [s]."""
         self._estimation = Estimation(layout, stated)
+        self.unseen: tuple[str, ...] = unseen_states(layout)
         self.kernel: Kernel = compiled_kernel(layout)
 
     def initial_state(self, parameters: Vec) -> Vec:
@@ -119,11 +120,12 @@ class ComposedModel:
         return values
 
     def estimate(self, readings: Mapping[str, float]) -> Vec:
-        """A state that agrees with smoothed readings; what no instrument shows stands where a run begins."""
+        """A state that agrees with smoothed readings; what no instrument shows, where they say, or a run begins."""
         found = self._estimation.estimate(readings)
         if self.flowsheet.replayed == SETPOINTS:  # its own controllers act on from there
-            steady = {name: np.full(2, value) for name, value in readings.items()}
-            resume_controllers(self.layout, found[None], steady, self._estimation.parameters)
+            steady = {name: np.full(2, value) for name, value in readings.items() if name not in self.unseen}
+            for guessed in resume_controllers(self.layout, found[None], steady, self._estimation.parameters):
+                found[self.layout.column[guessed]] = readings.get(guessed, found[self.layout.column[guessed]])
         return found
 
     def settle(

@@ -22,6 +22,7 @@ from homeostat.twin.calibration import Posterior
 from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.history import Window
 from homeostat.twin.isolation.input_errors import LATE, distant_inputs, late_inputs, weaker_inputs
+from homeostat.twin.isolation.unseen_beginning import unseen_beginning
 from homeostat.twin.isolation.wandering import wandering
 from homeostat.twin.replay import replay
 
@@ -67,6 +68,8 @@ class Accuracy:
     """Variable -> time constant of its transmitter's own filter [s], which the model does not have."""
     paths: tuple[int, ...] = ()
     """Noise seeds of the paths by which what nobody measures may wander; none where that is left out."""
+    initial: Mapping[str, float] = field(default_factory=dict)
+    """State -> standard deviation of what is wrong where a window begins, of those that no instrument shows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,7 +211,7 @@ class Evidence:
         A constant model error of each variable, one standard deviation of each parameter that is still uncertain, and
         of what each input does less, or later, or far from where it was learned: what was not learned in healthy
         operation, as the loss to the ambient of a plant that was never idle, is no sign of a fault. Nor is what wanders
-        in the model and nobody measures.
+        in the model and nobody measures, or where that began.
         """
         root, mean = self.posterior.root, self.posterior.mean
         members = np.vstack([mean, mean + root.T])
@@ -223,6 +226,7 @@ class Evidence:
         what = self.model, self.window, mean[None], present, self.variables
         every = [constants.reshape(variables, -1), parameters, self.whiten(weaker_inputs(*what, accuracy.gain))]
         every.append(_clear(self.whiten(wandering(*what, accuracy.paths))))
+        every.append(_clear(self.whiten(unseen_beginning(*what, accuracy.initial))))
         if self.posterior.usual is not None:
             far = distant_inputs(*what, accuracy.gain, self.posterior.usual.inputs)
             every.append(_clear(self.whiten(_each_by_itself(far))))

@@ -101,7 +101,7 @@ class FaultIsolation:
         """``seed`` is that of the twin: what wanders in it is drawn from it, once and for all."""
         self._model, self._plant, self._carrier, self._settings = model, plant, carrier, settings
         told = settings.errors, settings.gain_error, settings.lag_error_s, settings.damping
-        self._accuracy = Accuracy(*told, paths(seed))
+        self._accuracy = Accuracy(*told, paths(seed), settings.initial)
         self._size_error = SizeError(settings.size_error, settings.least_size_error)
         sensors = {s.component: s.variable for s in plant.signals if s.relation is Relation.MEASURES}
         self._calibrated = {p.symbol: sensors[p.component] for p in plant.parameters if p.component in sensors}

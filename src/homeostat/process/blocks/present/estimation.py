@@ -7,6 +7,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
+from homeostat.process.blocks.flowsheet import SETPOINTS
 from homeostat.process.blocks.hydraulics.solver import room, solve_network
 from homeostat.process.blocks.layout import Layout
 from homeostat.process.blocks.parts import Delay, Lag, Network, Sensor, held
@@ -16,6 +17,8 @@ from homeostat.process.types import Table, Vec
 _ROUNDS: Final = 8
 _PRIOR: Final = 1e-6
 """Weight of where a run begins beside a reading: it decides only what no instrument shows."""
+_FOLLOWED: Final = 1e6
+"""The same where somebody followed a state that no instrument shows: that others rest does not move it."""
 _NUDGE: Final = 1e-5
 _SHARES: Final = 0.5 ** np.arange(8.0)
 """Shares of a Gauss-Newton step of which the best is gone."""
@@ -40,8 +43,7 @@ class Estimation:
         """Best estimate of every parameter, shape (parameters,)."""
         self._states = [s.term for s in sheet.states.values()]
         self._least = np.array([-np.inf if s.least is None else s.least for s in sheet.states.values()])
-        behind = {held(_column(each)): each.of for each in sheet.lags.values() if isinstance(each, (Lag, Delay))}
-        self._settled = {s.name: replaced(s.of, behind) for s in sheet.sensors.values()}
+        self._settled = _settled(layout)
         self._telling = [s for s in sheet.sensors.values() if leaves(self._settled[s.name]) & set(self._states)]
         self._direct = {s.name: s for s in self._telling if _about_states(s)}
         self._functions: dict[tuple[str, ...], tuple[tuple[Term, ...], Callable[..., Any]]] = {}
@@ -79,7 +81,8 @@ class Estimation:
                 passes = min(max(x[at[a.command]] - float(evaluate(a.withheld, values)), 0.0), 1.0)
                 for column in a.positions:
                     x[at[column]] = values[held(column)] = passes
-        found = self._solved(np.array([evaluate(s.usual, values) for s in sheet.states.values()]), values, readings)
+        usual = np.array([readings.get(s.name, evaluate(s.usual, values)) for s in sheet.states.values()])
+        found = self._solved(usual, values, readings)
         x[: len(found)] = found
         self._follow(x, values | dict(zip(self._states, found.tolist(), strict=True)), readings)
         return x
@@ -115,7 +118,8 @@ class Estimation:
         scale, x = np.maximum(np.abs(first), 1.0), np.maximum(first, self._least)
         own, function = self._off(tuple(s.name for s in used))
         nudge = _NUDGE * np.maximum(np.abs(x), 1.0)
-        prior = np.diag(_PRIOR / scale)
+        followed = [str(state.value) in readings for state in self._states]
+        prior = np.diag(np.where(followed, _FOLLOWED, _PRIOR) / scale)
 
         def off(at: Table) -> Table:
             """Of states, shape (n, states), how far each reading and rate is off, shape (n, readings and rates)."""
@@ -188,6 +192,31 @@ class Estimation:
                 x[at[s.name]] = x[at[s.true]]
         for q in sheet.quantities.values():
             x[at[q.name]] = evaluate(q.of, values)
+
+
+def unseen_states(layout: Layout) -> tuple[str, ...]:
+    """States that no instrument shows and that others depend on, but for those that rest: these follow the others.
+
+    Where a model's own controllers act in a replay, their integral terms are among them: no command shows one while it
+    is at its end.
+    """
+    told = leaves(*_settled(layout).values()) | set(layout.sheet.resting)
+    lags = [each.terms if isinstance(each, Network) else (each.of,) for each in layout.sheet.lags.values()]
+    inside = leaves(*(of for terms in lags for of in terms))
+
+    def acts(state: Term) -> bool:
+        return state in inside | leaves(*(rate for name, rate in layout.rates.items() if name != state.value))
+
+    own = [name for name, s in layout.sheet.states.items() if s.term not in told and acts(s.term)]
+    acting = layout.sheet.controllers.values() if layout.sheet.replayed == SETPOINTS else ()
+    return (*own, *(c.integral for c in acting))
+
+
+def _settled(layout: Layout) -> dict[str, Term]:
+    """Instrument -> what it shows after a long time: what stands before a lag or a dead time."""
+    lags = layout.sheet.lags.values()
+    behind = {held(_column(each)): each.of for each in lags if isinstance(each, (Lag, Delay))}
+    return {s.name: replaced(s.of, behind) for s in layout.sheet.sensors.values()}
 
 
 def _flowing(network: Network, values: dict[Term, Any]) -> Vec:

@@ -21,12 +21,14 @@ LATELY: Final = 30
 """Rows at the end of a record whose mean says which of several outputs was selected."""
 
 
-def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec], parameters: Vec) -> None:
+def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec], parameters: Vec) -> frozenset[str]:
     """Let every controller go on without a bump, in place: its integral term stands behind the last command.
 
     ``states``: shape (members, states); ``readings``: variable -> shape (n,), n >= 2, where a command in row k was
-    worked out from row k - 1; ``parameters``: shape (parameters,).
+    worked out from row k - 1; ``parameters``: shape (parameters,). Returns the columns of integral terms that no row
+    tells, because the output was at its end in all of them: where these stand is a guess.
     """
+    guessed = set[str]()
     held, given_by_hand = layout.leaf[Leaf.HELD], layout.leaf[Leaf.INPUT]
     values = dict(zip(layout.leaf[Leaf.PARAMETER].values(), parameters.tolist(), strict=True))
     values |= {TICK: layout.tick_s, **layout.healthy}
@@ -49,6 +51,7 @@ def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec
             continue
         given = _output(c, layout, readings, known, len(error))
         if given is None:
+            guessed.add(c.integral)
             continue
         given = given._replace(by_hand=given.by_hand | _frozen(c, readings, known, len(error)))
         read = given.output[np.isfinite(given.output)]
@@ -56,6 +59,9 @@ def resume_controllers(layout: Layout, states: Table, readings: Mapping[str, Vec
         known[c.output] = given.output  # what it sets comes after it
         tuning = gain, values[c.gain("Ki")] * layout.tick_s, least
         states[:, at[c.integral]] = _integral(error, forward, given, tuning)
+        if not np.any(given.known | given.by_hand):
+            guessed.add(c.integral)
+    return frozenset(guessed)
 
 
 def _setpoint(c: Controller, readings: Mapping[str, Vec], known: Mapping[Term, Any]) -> Vec:
