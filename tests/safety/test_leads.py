@@ -35,11 +35,12 @@ def test_a_fallback_is_refused_where_it_violates(kelvin: float, kept: bool) -> N
     assert isinstance(found, Approve) is kept
 
 
+@pytest.mark.parametrize("tick_s", [0.1, 5.0, 60.0])
 @pytest.mark.parametrize(("row", "kept"), [(1, False), (6, True)])
-def test_what_a_fallback_ends_must_not_trip_before_and_may_come_near_after(row: int, kept: bool) -> None:
-    told = rollout(REST, at=(0, row), T=312.0)
+def test_what_a_fallback_ends_must_not_trip_before_and_may_come_near_after(row: int, kept: bool, tick_s: float) -> None:
+    told = rollout(REST, at=(0, row), dt_s=tick_s, T=312.0)
     then = Part(DRAIN.actions, needs=False)
-    assert isinstance(judge_parts(Part(REST, needs=False), then, told, 5.0, LEADING, TAGS), Approve) is kept
+    assert isinstance(judge_parts(Part(REST, needs=False), then, told, 5 * tick_s, LEADING, TAGS), Approve) is kept
 
 
 def test_the_time_left_ends_where_it_trips() -> None:

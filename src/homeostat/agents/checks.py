@@ -107,7 +107,7 @@ def judge_parts(
     unfit = _unfit(first.actions, rollout, reached | _read(criteria) | _read(needed))
     if unfit is not None:
         return Revise((unfit,))
-    row = math.ceil(after_s) - 1
+    row = math.ceil(after_s / rollout.trajectory.dt_s) - 1
     permissives = [x for x in needed if x.kind is LimitKind.PERMISSIVE]
     throughout = [x for x in needed if x.kind is not LimitKind.PERMISSIVE]
     found = [*rollout_findings(rollout, criteria, throughout, first.actions)]

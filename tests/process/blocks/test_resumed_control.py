@@ -131,3 +131,33 @@ def test_what_an_instrument_shows_late_is_known_from_it(slow: str) -> None:
     state = dict(zip(model.states, model.estimate({"L": 12.0, "C": 0.06}).tolist(), strict=True))
     assert state["V"] == pytest.approx(12.0) and state["x"] == pytest.approx(0.03)
     assert state["probe" if slow == "lag" else "probe_0"] == pytest.approx(0.03)
+
+
+def relief(s: Flowsheet, b: Vessel) -> None:
+    """An outlet that opens above 12 L; the tank is filled from 10 L on."""
+    out = s.controller("LIC", "L", acts=1).output
+    b.draw(linear_valve("F_out", s.actuator("V3", out).opening))
+    b.feed(linear_valve("F_in", s.actuator("V1").opening))
+
+
+def test_a_relief_that_has_never_opened_opens_at_its_setpoint_and_not_before() -> None:
+    """What just closes it, 0.5 / L * 2 L, would open it at the first rise: a forecast would promise too much of it."""
+    model, at, later = tank(relief), 40, 60
+    inputs = commanded(model, L_sp=12.0, V1_cmd=0.0, V2_cmd=0.0)
+    _, course = run(model, STATED, inputs, at + 1)
+    record = [model.readings(state, inputs) for state in np.stack([course[n] for n in model.states], axis=1)]
+    begun = model.estimate(record[-1])[None]
+    parameters = row(model, STATED)[None]
+    model.resume(begun, {name: np.array([r[name] for r in record]) for name in record[0]}, parameters)
+    filled = commanded(model, L_sp=12.0, V1_cmd=0.5, V2_cmd=0.0)
+    none = np.zeros((1, len(model.faults)))
+    shown = tuple(model.states.index(name) for name in ("B_V", "V3_cmd"))
+    batch = Batch(
+        state=begun, parameters=parameters, severity=none, onset_s=none, inputs=np.tile(filled, (1, later, 1)),
+        input_of=np.zeros(1, dtype=np.int64), start_s=float(at), steps=later, stride=1, record=shown,
+        seeds=np.array([7]), process_noise=np.zeros(1), sensor_noise=np.zeros(1),
+    )  # fmt: skip
+    with np.errstate(over="ignore"):
+        content, command = simulate(model.kernel, batch).record[0].T
+    assert content[0] < 10.5 and content[-1] > 12.2
+    assert np.all(command[content < 11.9] == 0.0) and command[-1] > 0.1

@@ -115,7 +115,7 @@ class Prior:
 
         Its frequency is known, and its size is what is usual of it, unless the readings say more of that.
         """
-        rows = np.array([round(state.onset_s - self._window.start_s)])
+        rows = np.clip([self._window.row(state.onset_s)], 0, self._window.length - 2)
         _, spread = self.of_size(mode, rows)
         if spread[0] < mode.severity_nominal:
             return self.of_mode(fault) - self.of_mode(mode)

@@ -184,7 +184,9 @@ def _integral(error: Vec, forward: Vec, told: Told, tuning: tuple[float, float, 
     if told.by_hand[-1] and first == len(error) - 1:
         return integral
     if not rows.size:
-        integral = min(max(integral, least - forward[first]), 1.0 - forward[first])
+        integral = min(
+            max(_at_its_end(integral, told.output[first], least), least - forward[first]), 1.0 - forward[first]
+        )
     for k in range(first + int(told.by_hand[first]), len(error)):
         if not read[k]:
             continue
@@ -194,3 +196,14 @@ def _integral(error: Vec, forward: Vec, told: Told, tuning: tuple[float, float, 
         integral = pid_integral(e, integral + f, gain, reset, least, 1.0, 1.0) - f
     # Where nothing told it, it is a guess that must not lead far; else it is as large as the error asks for.
     return integral if rows.size else min(max(integral, -1.0), 1.0)
+
+
+def _at_its_end(reaches: float, output: float, least: float) -> float:
+    """An integral term whose output was at its end in all that is on record; ``reaches``: what just gets it there.
+
+    It is where a run begins, or as near to that as keeps the output there: a relief that has never opened would, with
+    what just closes it, open at every rise of a pressure that is far below its setpoint.
+    """
+    if output <= least + 1e-9:
+        return min(reaches, 0.0)
+    return max(reaches, 0.0) if output >= 1.0 - 1e-9 else reaches
