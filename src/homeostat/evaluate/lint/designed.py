@@ -55,17 +55,14 @@ def held_beyond(plant: PlantDescription, places: Places) -> Iterator[Finding]:
 
 
 def kept_by_hand(plant: PlantDescription, places: Places) -> Iterator[Finding]:
-    """Manual outputs that a state holds by design and a state that follows on it leaves where they are.
-
-    States of start-up are not looked at, although what a fallback left by hand stays there as well after a restart.
-    """
+    """Manual outputs that a state holds by design, or a fallback left, and a state that follows leaves where they are."""
     manual = {s.tag.name for s in plant.signals if s.relation is Relation.OVERRIDES} & plant.overridden.keys()
-    found: dict[tuple[str, str], dict[str, float]] = {}
+    commanded, found = _commanded(plant), dict[tuple[str, str], dict[str, float]]()
     for transition in plant.machine.transitions:
-        source, target = plant.machine.state(transition.source), plant.machine.state(transition.target)
-        for row in () if target.name in plant.start_up.states else source.setpoints:
-            if row.tag in manual and row.design is not None and target.setpoint(row.tag) is None:
-                found.setdefault((row.tag, target.name), {})[source.name] = row.design
+        target = plant.machine.state(transition.target)
+        for tag, value in commanded.get(transition.source, {}).items():
+            if tag in manual and target.setpoint(tag) is None:
+                found.setdefault((tag, target.name), {})[transition.source] = value
     for (tag, after), sources in sorted(found.items()):
         unit = plant.tag(tag).unit
         told = " and ".join(f"{amount(value, unit, 6)} in {name!r}" for name, value in sorted(sources.items()))
@@ -79,6 +76,15 @@ def kept_by_hand(plant: PlantDescription, places: Places) -> Iterator[Finding]:
         )
         first = min(sources)
         yield Finding(Severity.WARNING, "states", places.row("setpoints", state=first, tag=tag), what, remedy)
+
+
+def _commanded(plant: PlantDescription) -> dict[str, dict[str, float]]:
+    """State -> tag -> value that a fallback which leads there commands, or else the state by design."""
+    design = {s.name: {r.tag: r.design for r in s.setpoints if r.design is not None} for s in plant.machine.states}
+    for strategy in plant.fallback_strategies:
+        sent = {c.tag: c.value for c in strategy.actions.commands if c.value is not None}
+        design[strategy.actions.target] |= sent
+    return design
 
 
 def _held(plant: PlantDescription, name: str) -> dict[str, tuple[float, str]]:

@@ -204,8 +204,9 @@ def _variation(formula: Formula, ranges: Intervals) -> float:
 
 
 def _commanded(plant: PlantDescription, name: str) -> set[float]:
-    """Values of a tag that states or fallbacks command."""
+    """Values of a tag that states or fallbacks command; the one of a row that admits automatic alone is none."""
     rows = [row for state in plant.machine.states for row in state.setpoints if row.tag == name]
+    rows = [row for row in rows if row.design is not None or row.low < row.high]
     steps = [c for f in plant.fallback_strategies for c in f.actions.commands if c.tag == name]
     values = {value for row in rows for value in (row.low, row.high, row.design)} | {step.value for step in steps}
     return {value for value in values if value is not None}

@@ -6,7 +6,7 @@ from typing import Final
 
 from homeostat.knowledge.build.derived.draft import Draft, Line, number, one_digit, written
 from homeostat.knowledge.build.derived.instruments import STALE, absolute_noise
-from homeostat.knowledge.build.derived.loops import commands_of, is_commanded
+from homeostat.knowledge.build.derived.loops import driven_by_loops, is_commanded
 from homeostat.knowledge.checks.consistency_bounds import SCALE_TICKS, WORST_TICKS
 from homeostat.knowledge.checks.reach import deepest
 from homeostat.stl.constants import filled
@@ -101,8 +101,7 @@ def _read(draft: Draft, text: str, units: dict[str, _Unit]) -> Formula | None:
 
 def _add_writables(draft: Draft) -> None:
     """Add a row for every tag that a state or a fallback commands."""
-    by_loop = {command for line in draft.lines("loops") for command in commands_of(line)}
-    driven = {line["component"] for line in draft.lines("signals") if line["tag"] in by_loop}
+    driven = driven_by_loops(draft)
     for table in ("setpoints", "fallbacks"):
         for line in draft.lines(table):
             tag = draft.find("signals", line["tag"])

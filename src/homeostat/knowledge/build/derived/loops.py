@@ -138,6 +138,12 @@ def is_commanded(draft: Draft, setpoint: str) -> bool:
     return setpoint in draft.column("setpoints", "tag") | draft.column("fallbacks", "tag")
 
 
+def driven_by_loops(draft: Draft) -> frozenset[str]:
+    """The actuators that have an automatic command: what is driven by a tag that a loop commands."""
+    by_loop = {command for line in draft.lines("loops") for command in commands_of(line)}
+    return frozenset(line["component"] for line in draft.lines("signals") if line["tag"] in by_loop)
+
+
 def deviation_of(draft: Draft, line: Line) -> str:
     """What the controller of a loop says that it is off its setpoint by."""
     said = (

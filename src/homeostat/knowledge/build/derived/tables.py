@@ -11,6 +11,7 @@ from homeostat.knowledge.build.derived.diagnosis import add_diagnosis
 from homeostat.knowledge.build.derived.draft import Draft
 from homeostat.knowledge.build.derived.expansion import expanded
 from homeostat.knowledge.build.derived.guarding import add_guarding
+from homeostat.knowledge.build.derived.handed_back import add_handed_back
 from homeostat.knowledge.build.derived.instruments import add_instruments
 from homeostat.knowledge.build.derived.loops import add_loops
 from homeostat.knowledge.build.derived.parameters import fill_parameters
@@ -68,6 +69,7 @@ def _drafted(stated: Mapping[str, Rows], timing: Timing) -> Draft:
     add_streams(draft)
     add_loops(draft)
     add_actuators(draft)
+    add_handed_back(draft)
     fill_parameters(draft)
     add_guarding(draft)
     add_diagnosis(draft)
