@@ -55,7 +55,7 @@ def held_beyond(plant: PlantDescription, places: Places) -> Iterator[Finding]:
 
 
 def kept_by_hand(plant: PlantDescription, places: Places) -> Iterator[Finding]:
-    """Manual outputs that a state holds by design, or a fallback left, and a state that follows leaves where they are."""
+    """Manual outputs that a state by design, or a fallback, commands and a state that follows leaves where they are."""
     manual = {s.tag.name for s in plant.signals if s.relation is Relation.OVERRIDES} & plant.overridden.keys()
     commanded, found = _commanded(plant), dict[tuple[str, str], dict[str, float]]()
     for transition in plant.machine.transitions:
