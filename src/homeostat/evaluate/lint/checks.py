@@ -10,6 +10,7 @@ from homeostat.evaluate.lint.deep.actions import actions
 from homeostat.evaluate.lint.deep.answers import Answered, answers
 from homeostat.evaluate.lint.deep.balances import balances
 from homeostat.evaluate.lint.deep.bench import Bench
+from homeostat.evaluate.lint.deep.causes import causes
 from homeostat.evaluate.lint.deep.contract import interface, repetition
 from homeostat.evaluate.lint.deep.fault_free import fault_free, healthy_symptoms
 from homeostat.evaluate.lint.deep.faults import Outlook, faults
@@ -53,6 +54,7 @@ DEEP: Final = (
     "repetition",
     "integration",
     "actions",
+    "causes",
     "fault-free",
     "following",
     "balances",
@@ -72,6 +74,7 @@ _EVERY: Final = (
     Check("repetition", repetition, others_rely=True),
     Check("integration", integration, others_rely=True),
     Check("actions", actions, others_rely=True),
+    Check("causes", causes, others_rely=True),
     Check("fault-free", fault_free),
     Check("following", following),
     Check("balances", balances),

@@ -20,12 +20,14 @@ from typing import Final
 
 from homeostat.evaluate.lint.checks import CHECKS, Check, Found
 from homeostat.evaluate.lint.deep.bench import Bench
+from homeostat.evaluate.lint.deep.scaled import broken
 from homeostat.evaluate.lint.finding import Finding, Place, Severity, split
 from homeostat.evaluate.lint.stuck import answer_to, ask, hangs
 from homeostat.plants.error import PlantError
 from homeostat.plants.files import generated
 from homeostat.plants.files.code import told
 from homeostat.plants.files.folder import BASELINES, PlantFiles, read_files
+from homeostat.process.batch import ProcessError
 
 LIMIT_S: Final = 20.0
 """Longest silence of a check that simulates: a run of a plant takes less than a second [s]."""
@@ -129,8 +131,10 @@ def findings_of(check: Check, bench: Bench) -> Iterator[Found]:
     except PlantError as refused:  # only learning refuses a plant that was loaded
         what, remedy = split(str(refused), "correct what is not well")
         yield Finding(Severity.ERROR, check.name, Place(BASELINES), what, remedy)
-    except BaseException as broken:  # it is anybody's code
-        place, what = _raised(read_files(bench.folder), broken)
+    except ProcessError as error:
+        yield from broken(bench, str(error), check.name)
+    except BaseException as raised:  # it is anybody's code
+        place, what = _raised(read_files(bench.folder), raised)
         yield Finding(Severity.ERROR, check.name, place, f"{what} in the check {check.name!r}", _MEND)
 
 

@@ -13,9 +13,9 @@ from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.loops import gains_of
+from homeostat.evaluate.lint.deep.mended import restless, stated_action, with_factors
 from homeostat.evaluate.lint.deep.resting import HALF, SCALES, by_hand, end_of, last_of, overridden
 from homeostat.evaluate.lint.finding import Finding, Severity, amount
-from homeostat.evaluate.lint.own_code import written
 
 HELPS: Final = 0.2
 """Share of its deviation by which a reading comes nearer to its setpoint then [1]."""
@@ -25,9 +25,18 @@ def actions(bench: Bench) -> Iterator[Finding]:
     """Every loop that would hold what it should if it acted the other way."""
     if bench.quiet.broke:
         return
-    for loop in bench.plant.description.loops:
-        if not by_hand(bench, loop) and not overridden(bench, loop):
-            yield from _turned(bench, loop)
+    loops = [e for e in bench.plant.description.loops if not by_hand(bench, e) and not overridden(bench, e)]
+    found = {loop.name: finding for loop in loops for finding in _turned(bench, loop)}
+    causes = [name for name in found if len(found) > 1 and _alone(bench, name)]
+    yield from (finding for name, finding in found.items() if not causes or name in causes)
+
+
+def _alone(bench: Bench, name: str) -> bool:
+    """Whether every loop holds once this one is turned round, so that others only seem to act the wrong way."""
+    loop = next(each for each in bench.plant.description.loops if each.name == name)
+    gains = [symbol for symbol in (loop.gain, loop.reset) if symbol in bench.plant.model.parameters]
+    course = with_factors(bench, dict.fromkeys(gains, -1.0))
+    return not course.broke and not restless(bench, course)
 
 
 def _turned(bench: Bench, loop: ControlLoop) -> Iterator[Finding]:
@@ -51,7 +60,7 @@ def _turned(bench: Bench, loop: ControlLoop) -> Iterator[Finding]:
         f"{where}, and with {manual.tag.name!r} = {other:g} it {'falls' if moved < 0.0 else 'rises'} by "
         f"{amount(abs(moved), pv.unit)}"
     )
-    place = written(bench.plant.files, [loop.name]) or bench.places.row("loops", id=loop.name)
+    place = stated_action(bench, loop)
     remedy = (
         f"turn acts round (1 where more of {pv.name!r} needs more output, -1 where it needs less), or the signs of "
         f"both gains ({gains_of(bench, loop)})"
@@ -64,7 +73,7 @@ def _moved(bench: Bench, loop: ControlLoop, manual: str, value: float) -> float 
     begin_s = HALF * bench.plant.end_s
 
     def act(seen: Snapshot) -> ActionSet | None:
-        state = bench.quiet.states[-1][0] if bench.quiet.states else bench.plant.description.machine.initial.name
+        state = bench.quiet.last_state
         return ActionSet((Command(manual, value, None),), state) if seen.at_s >= begin_s else None
 
     course = bench.acted((), act=act)

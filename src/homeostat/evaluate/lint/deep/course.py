@@ -56,6 +56,11 @@ class Course:
         return next((at_s for state, at_s in self.states if state not in rules), math.inf)
 
     @property
+    def last_state(self) -> str:
+        """State of the machine at its end."""
+        return self.states[-1][0] if self.states else self.plant.description.machine.initial.name
+
+    @property
     def stays(self) -> tuple[tuple[str, float, float], ...]:
         """States of the machine, each with when it was entered and left [s]; the last one is never left."""
         ends = (*(at_s for _, at_s in self.states[1:]), math.inf)

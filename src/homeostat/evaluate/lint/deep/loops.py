@@ -149,7 +149,7 @@ def _follows(bench: Bench, loop: ControlLoop) -> Finding | None:
         return None
 
     def act(seen: Snapshot) -> ActionSet | None:
-        state = bench.quiet.states[-1][0]
+        state = bench.quiet.last_state
         return ActionSet((Command(sp.name, target, None),), state) if seen.at_s >= begin_s else None
 
     course = bench.acted((), act=act)

@@ -144,7 +144,7 @@ def _acts_beyond(bench: Bench, loop: ControlLoop) -> bool:
     begin_s = max(HALF * bench.plant.end_s, min(quiet.settled_s, (1.0 - LATE) * bench.plant.end_s))
 
     def act(seen: Snapshot) -> ActionSet | None:
-        actions = ActionSet((Command(setpoint, target, None),), quiet.states[-1][0])
+        actions = ActionSet((Command(setpoint, target, None),), quiet.last_state)
         return actions if seen.at_s >= begin_s else None
 
     bench.told(f"{setpoint} across {pv.name}")
