@@ -14,6 +14,7 @@ from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.course import Course, told_margin
+from homeostat.evaluate.lint.deep.standing import standing
 from homeostat.evaluate.lint.deep.way_back import ways_back
 from homeostat.evaluate.lint.finding import Finding, Severity, amount
 from homeostat.guard.fallback.effect import EffectWatch
@@ -64,6 +65,7 @@ def safe_states(bench: Bench) -> Iterator[Finding]:
     for strategy, course in zip(fallbacks(bench.plant), after_fallbacks(bench), strict=True):
         yield from _healthy(bench, strategy, course)
     yield from ways_back(bench, after_fallbacks(bench))
+    yield from standing(bench, after_fallbacks(bench))
     yield from _helps(bench)
 
 
