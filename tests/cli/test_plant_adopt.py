@@ -72,6 +72,7 @@ def test_a_copy_has_the_fault_in_its_tables_and_its_graph(impeller: Path, tmp_pa
     folder = copy(tmp_path)
     done = adopt(impeller, tmp_path, "--name", "larger", "--label", "Impeller, larger", "--plant", "./copy")
     assert done.status == 0 and "has the fault 'larger' now" in done.out
+    assert "/copy: checked, " in done.out.splitlines()[-1], "what the check finds is shown"
     plant = load_plant(str(folder))
     fault = plant.description.fault("larger")
     assert (fault.label, fault.component, fault.mode) == ("Impeller, larger", "P1", "unknown_P1_K_P1")

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultState, Hypothesis, Symptom
 from homeostat.domain.events.recovery import Diagnosed
 from homeostat.domain.events.writes import Cause, WriteIntended
+from homeostat.domain.plant.tag import Range
 from homeostat.domain.recovery import Command
-from homeostat.evaluate.recorded.adoption import AdoptionError, adoption
+from homeostat.evaluate.recorded.adoption import AdoptionError, _possible, adoption
 from homeostat.record.run_record import RunRecord
 from tests.twin.followed import reactor
 
@@ -126,3 +127,12 @@ def test_a_row_stays_inside_what_its_mode_can_be(mode: str, severity: float) -> 
     assert low < high and low <= nominal <= high
     assert allowed.contains(low) and allowed.contains(high)
     assert low >= 0.0 or high <= 0.0, "it is on the side that was seen"
+
+
+def test_no_more_is_lost_than_there_is_and_what_was_cut_is_said() -> None:
+    mode = PLANT.fault_mode("unknown_V2_F3_max")
+    sizes, cut = _possible(mode, Range(-0.9, -0.075), PLANT)
+    assert (sizes.low, sizes.high) == (-0.475, -0.075)
+    assert cut == "sizes end at -0.475 L/s and not at -0.9: F3_max is 0.5 L/s, and no more is lost than there is"
+    assert _possible(mode, Range(0.1, 0.9), PLANT) == (Range(0.1, 0.9), ""), "of what is gained there may be more"
+    assert adoption(record({"unknown_V2_F3_max": 1.0}), PLANT, "scale", "").cut == ""

@@ -8,6 +8,7 @@ from typing import Final
 from homeostat.agents.hypotheses import LIKELY
 from homeostat.domain.diagnosis import (
     SOMETHING_ELSE,
+    EffectKind,
     FaultMode,
     FaultProbability,
     FaultState,
@@ -23,6 +24,10 @@ from homeostat.record.run_record import RunRecord
 SPREAD: Final = (0.25, 3.0)
 """Of what size a cause may be that was seen once, as multiples of that size [1]."""
 _DIGITS: Final = 4
+_LOST: Final = 0.95
+"""Share of a parameter that may be lost; of one of which nothing is left, equations may make no sense [1]."""
+_FROM_ANYWHERE: Final = ("degC", "degF", "1")
+"""Units of what may be below 0, or is no amount."""
 
 
 class AdoptionError(ValueError):
@@ -39,6 +44,8 @@ class Adoption:
     """Column of ``faults.csv`` -> cell."""
     symptoms: tuple[str, ...]
     """Symptoms that were seen and indicate it from now on."""
+    cut: str = ""
+    """What of its sizes was cut, and why; empty where nothing was."""
 
     @property
     def rows(self) -> Mapping[str, tuple[Mapping[str, str], ...]]:
@@ -68,7 +75,8 @@ def adoption(record: RunRecord, plant: PlantDescription, name: str, label: str, 
     symptoms = _symptoms(record, told, state, plant)
     if not symptoms:
         raise AdoptionError(f"no symptom was seen of {found.name!r}, and a fault needs one that indicates it")
-    return Adoption(found, _row(found, state, plant, name, label), symptoms)
+    sizes, cut = _possible(found, _sizes(state.severity, found.severity_range), plant)
+    return Adoption(found, _row(found, state, plant, (name, label), sizes), symptoms, cut)
 
 
 def _only(said: tuple[FaultProbability, ...], plant: PlantDescription) -> FaultState:
@@ -124,11 +132,13 @@ def _says(event: Diagnosed, mode: str) -> bool:
     return any(fault.fault == mode for each in event.hypotheses for fault in each.faults)
 
 
-def _row(mode: FaultMode, state: FaultState, plant: PlantDescription, name: str, label: str) -> Mapping[str, str]:
+def _row(
+    mode: FaultMode, state: FaultState, plant: PlantDescription, named: tuple[str, str], sizes: Range
+) -> Mapping[str, str]:
     """The row of ``faults.csv``: as frequent as the plant's other faults, and of sizes on the side that was seen."""
     size = mode.severity_range.clip(state.severity)
-    sizes = _sizes(size, mode.severity_range)
     prior = sum(fault.prior for fault in plant.faults) / len(plant.faults) if plant.faults else 1.0
+    name, label = named
     return {
         "id": name,
         "label": label or mode.label,
@@ -146,8 +156,40 @@ def _row(mode: FaultMode, state: FaultState, plant: PlantDescription, name: str,
 
 def _sizes(size: float, allowed: Range) -> Range:
     """From a quarter of ``size`` to three times as much, on its side of nothing and inside what is ``allowed``."""
+    size = allowed.clip(size)
     ends = sorted(allowed.clip(float(_written(size * factor))) for factor in SPREAD)
     return Range(*ends)
+
+
+def _possible(mode: FaultMode, sizes: Range, plant: PlantDescription) -> tuple[Range, str]:
+    """Of ``sizes`` what there can be, and what was cut with the reason: no more is lost of a thing than there is."""
+    least, most, why = _there(mode, plant)
+    ends = [float(_written(min(max(end, least), most))) for end in (sizes.low, sizes.high)]
+    if ends == [sizes.low, sizes.high]:
+        return sizes, ""
+    far = 0 if abs(ends[0]) > abs(ends[1]) else 1
+    if not ends[0] < ends[1]:  # what was seen is itself more than there can be
+        ends[1 - far] = float(_written(SPREAD[0] * ends[far]))
+    kept, was = Range(*ends), (sizes.low, sizes.high)[far]
+    return kept, f"sizes end at {_written(ends[far])} {mode.severity_unit} and not at {_written(was)}: {why}"
+
+
+def _there(mode: FaultMode, plant: PlantDescription) -> tuple[float, float, str]:
+    """Between which severities ``mode`` can be, and why not beyond."""
+    effect = mode.effect
+    if effect is None or effect.grows:
+        return -math.inf, math.inf, ""
+    if effect.kind is EffectKind.BALANCE:
+        why = f"nothing on site brings or takes more than {effect.most:.4g} {mode.severity_unit}"
+        return -effect.most, effect.most, why
+    p = next((each for each in plant.parameters if each.symbol == effect.quantity), None)
+    if effect.kind is not EffectKind.PARAMETER or p is None or not p.value or p.unit in _FROM_ANYWHERE:
+        return -math.inf, math.inf, ""
+    end, why = (
+        -_LOST * p.value / effect.per_unit,
+        f"{p.symbol} is {p.value:g} {p.unit}, and no more is lost than there is",
+    )
+    return (end, math.inf, why) if end < 0.0 else (-math.inf, end, why)
 
 
 def _written(number: float) -> str:

@@ -10,6 +10,7 @@ from homeostat.cli.arguments import UsageError
 from homeostat.cli.recorded_plant import vouched
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.quotation import printable
+from homeostat.evaluate.lint.check import check
 from homeostat.evaluate.recorded.adoption import Adoption, adoption
 from homeostat.evaluate.recorded.plant import recorded_folder, recorded_plant_of
 from homeostat.journal import RunStarted, read_events
@@ -24,7 +25,7 @@ OPTION = "--plant"
 
 
 def carry_out(options: argparse.Namespace) -> int:
-    """Show the rows, and write them where they are agreed to; 0."""
+    """Show the rows, write them where they are agreed to, and check the folder then; 1 where it is not clean."""
     run_dir = run_directory(options.run)
     record = RunRecord.of(read_events(run_dir))
     if record.started is None:
@@ -44,7 +45,16 @@ def carry_out(options: argparse.Namespace) -> int:
         write_whole(folder / name, content)
     signed = f"; it was signed, and {SIGNATURE} is void: sign it again" if (folder / SIGNATURE).exists() else ""
     print(printable(f"{folder}: has the fault {adopted.fault['id']!r} now{signed}"))
-    return 0
+    return _checked(folder)
+
+
+def _checked(folder: Path) -> int:
+    """Show what the plain check finds in the folder now; 1 where something counts."""
+    checked = check(str(folder), said=lambda finding: print(printable(str(finding)), flush=True))
+    counted = sum(finding.counts for finding in checked.findings)
+    told = "clean" if checked.clean else f"{counted} finding{'' if counted == 1 else 's'}"
+    print(printable(f"{folder}: checked, {told}"))
+    return 0 if checked.clean else 1
 
 
 def _plant(started: RunStarted, run_dir: Path, given: str | None) -> Plant:
@@ -73,6 +83,8 @@ def _target(plant: Plant, into: Path | None) -> Path:
 def _told(adopted: Adoption, run_dir: Path, folder: Path) -> Iterator[str]:
     """What is added to which tables."""
     mode = adopted.mode
+    if adopted.cut:
+        yield adopted.cut
     yield f"{mode.name} ({mode.label}) in {run_dir} is {adopted.fault['id']!r} from now on: rows for {folder}"
     for name, rows in adopted.rows.items():
         yield table_file(name)
