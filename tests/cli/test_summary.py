@@ -58,6 +58,13 @@ def test_what_is_held_produces_next_to_nothing_at_the_end_and_may_have_lost_litt
     assert rows(held)["Production"].startswith("5.9 % lost since")
 
 
+@pytest.mark.parametrize(
+    ("share", "told"), [(-0.3158, "31.6 % more since"), (0.304, "30.4 % lost since"), (-0.0002, "0.0 % lost since")]
+)
+def test_what_is_gained_is_not_lost(result: Result, share: float, told: str) -> None:
+    assert rows(replace(result, production_loss=share))["Production"].startswith(told)
+
+
 def test_a_fallback_is_told_with_its_own_time(result: Result) -> None:
     fell = replace(result, actor="fallback", actions=LAST, released_s=2008.0)
     events: list[tuple[Event, float]] = [

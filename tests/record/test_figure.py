@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from homeostat.domain.plant.limits import Limit, LimitKind
-from homeostat.domain.plant.tag import Range
+from homeostat.domain.plant.tag import Range, Role
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
@@ -23,10 +23,12 @@ from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.figure.clock import Clock
 from homeostat.record.figure.figure import compose, draw, window
 from homeostat.record.figure.limits import in_force, thresholds, together
-from homeostat.record.figure.marks import explained
+from homeostat.record.figure.lines import _COLOURS, _quantity
+from homeostat.record.figure.marks import _write_times, explained
 from homeostat.record.figure.panel import StripPanel
 from homeostat.record.figure.states import StateRow, draw_states
 from homeostat.record.figure.strips import draw_strips
+from homeostat.record.releases import Release
 from homeostat.stl.formula import parse
 
 
@@ -61,6 +63,16 @@ def test_a_limit_is_not_in_force_while_an_alternative_holds() -> None:
     assert in_force(one, threshold.node, truth).tolist() == [True, True, False]
     alone = limit("L1 >= 2")
     assert in_force(alone, thresholds(alone.formula, ("L1",))[0].node, truth).all()
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["L1 <= 2 or L2 <= 2", "2 >= L2 or L1 <= 2", "L1 <= 2 and L2 <= 2 or L1 <= 2 and L3 <= 2 or L2 <= 2 and L3 <= 2"],
+)
+def test_a_second_instrument_in_a_limit_does_not_lift_it(text: str) -> None:
+    truth = Trajectory(1.0, 1.0, {name: np.array([[1.0, 1.0, 1.0]]) for name in ("L1", "L2", "L3")})
+    one = limit(text)
+    assert in_force(one, thresholds(one.formula, ("L1",))[0].node, truth).all()
 
 
 @pytest.fixture(scope="module")
@@ -176,3 +188,19 @@ def test_the_time_axis_ends_with_the_batch_or_with_the_run(clogged: Run) -> None
     assert window(replace(done, complete_s=None)) == (0.0, 500.0)
     late = replace(done, scenario=replace(done.scenario, faults=(replace(done.scenario.faults[0], onset_s=400.0),)))
     assert 400.0 < window(late)[1] < 500.0
+
+
+def test_times_of_later_releases_are_not_written_over_each_other() -> None:
+    figure = Figure(figsize=(8.0, 2.0))
+    strip = figure.add_axes((0.1, 0.1, 0.8, 0.8))
+    strip.set_xlim(0.0, 1000.0)
+    later = [Release(at_s, "search", "d", (), "adjusted", None) for at_s in (300.0, 350.0, 400.0, 700.0, 703.0)]
+    _write_times(strip, later, Clock((0.0, 1000.0), load_plant("cstr").description.timing))
+    boxes = [text.get_window_extent() for text in strip.texts]
+    assert len(boxes) >= 2 and not any(one.overlaps(other) for one, other in combinations(boxes, 2))
+
+
+def test_many_signals_of_one_panel_have_colours_of_their_own() -> None:
+    plant = load_plant("tennessee_eastman").description
+    tags = tuple(tag.name for tag in plant.tags if tag.role is Role.PV)[:10]
+    assert len({_quantity(tag, tags, plant) for tag in tags}) == len(tags) == len(set(_COLOURS))

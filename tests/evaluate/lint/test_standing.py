@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from homeostat.domain.lasting import lasting
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.safe_states import after_fallbacks
 from homeostat.evaluate.lint.deep.standing import standing
-from homeostat.evaluate.lint.finding import Severity, lasting
+from homeostat.evaluate.lint.finding import Severity
 from tests.evaluate.two_tanks import TANKS, change, tanks
 
 
@@ -32,7 +33,8 @@ def test_an_example_has_only_a_note_of_what_a_shutdown_costs() -> None:
 
 
 @pytest.mark.parametrize(
-    ("seconds", "told"), [(0.25, "0.25 s"), (119.0, "119 s"), (120.0, "2 min"), (7199.0, "120 min"), (86400.0, "24 h")]
+    ("seconds", "told"),
+    [(0.25, "0.25 s"), (119.0, "119 s"), (120.0, "2 min"), (7199.0, "120 min"), (86400.0, "24 h"), (864000.0, "10 d")],
 )
 def test_a_time_is_told_in_the_unit_of_its_size(seconds: float, told: str) -> None:
     assert lasting(seconds) == told

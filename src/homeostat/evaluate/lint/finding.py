@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -10,14 +9,6 @@ from enum import StrEnum
 def amount(value: float, unit: str, digits: int = 4) -> str:
     """A number with its unit as a message has it; a share has none."""
     return f"{value:.{digits}g}" if unit == "1" else f"{value:.{digits}g} {unit}"
-
-
-def lasting(seconds: float) -> str:
-    """A time as people say it: in seconds, minutes or hours, by its size."""
-    for unit, size in (("h", 3600.0), ("min", 60.0)):
-        if abs(seconds) >= 2.0 * size and math.isfinite(seconds):
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds:.4g} s"
 
 
 class Severity(StrEnum):

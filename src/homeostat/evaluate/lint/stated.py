@@ -120,7 +120,10 @@ def _generated(files: PlantFiles) -> Iterator[Finding]:
         yield Finding(Severity.ERROR, "generated", Place(name), what, remedy)
         return
     if GRAPH in files.contents and stale_tables(files.folder, files.contents[GRAPH]):
-        what, remedy = "is older than the tables; it is made again when the plant is loaded", "nothing, or build it"
+        what, remedy = (
+            "is older than the tables; it is made again when the plant is loaded",
+            "nothing: the next run of the plant writes it",
+        )
         yield Finding(Severity.NOTE, "generated", Place(GRAPH), what, remedy)
 
 

@@ -19,6 +19,7 @@ from homeostat.stl.tree import Binary, Call, Comparison, Negate, Node, Number, O
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.transforms import Bbox
 
 Curves: TypeAlias = list[tuple[NDArray[np.float64], NDArray[np.float64]]]
 """Times [s] and values of what is drawn."""
@@ -32,6 +33,7 @@ _PLACES: Final = tuple(1.0 - 0.05 * n for n in range(17))
 def draw_limits(axis: Axes, panel: LinePanel, plant: PlantDescription, truth: Trajectory, started_s: float) -> None:
     """Limits in red, pale while they are not in force; limits of one value share a line and its words."""
     told: dict[tuple[float, bool], list[str]] = {}
+    written: list[Bbox] = []
     for limit in plant.limits.limits:
         if limit.name not in panel.limits:
             continue
@@ -42,7 +44,7 @@ def draw_limits(axis: Axes, panel: LinePanel, plant: PlantDescription, truth: Tr
     for (value, upper), descriptions in told.items():
         axis.axhline(value, color=_LIMIT, linewidth=1.0, alpha=0.35, zorder=2)
         words = f"{together(descriptions)}, {_amount(value, panel.unit)}"
-        _annotate(axis, value, words, upper, _LIMIT, _curves(panel, truth))
+        _annotate(axis, value, words, upper, _LIMIT, (_curves(panel, truth), written))
 
 
 def draw_guards(axis: Axes, panel: LinePanel, plant: PlantDescription, truth: Trajectory) -> None:
@@ -51,7 +53,7 @@ def draw_guards(axis: Axes, panel: LinePanel, plant: PlantDescription, truth: Tr
     found = [threshold for guard in guards for threshold in thresholds(guard, panel.tags)]
     for value, upper in dict.fromkeys((t.value, t.upper) for t in found):
         axis.axhline(value, color=_GUARD, linewidth=0.8, linestyle=(0, (6, 2, 1, 2)), alpha=0.8, zorder=2)
-        _annotate(axis, value, f"step ends, {_amount(value, panel.unit)}", upper, _GUARD, _curves(panel, truth))
+        _annotate(axis, value, f"step ends, {_amount(value, panel.unit)}", upper, _GUARD, (_curves(panel, truth), []))
 
 
 def together(descriptions: Sequence[str]) -> str:
@@ -64,37 +66,45 @@ def together(descriptions: Sequence[str]) -> str:
     return "; ".join(" ".join(row) for row in rows)
 
 
-def _annotate(axis: Axes, value: float, words: str, above: bool, colour: str, curves: Curves) -> None:
-    """Words at a line, where they cover least of what is drawn."""
+def _annotate(axis: Axes, value: float, words: str, above: bool, colour: str, drawn: tuple[Curves, list[Bbox]]) -> None:
+    """Words at a line, where they cover least of what is ``drawn``: curves, and words that are written already."""
     from matplotlib.patheffects import withStroke
 
+    curves, written = drawn
     text = axis.annotate(
         words,
         (1.0, value),
         xycoords=("axes fraction", "data"),
-        xytext=(-4, 1.5 if above else -2),
+        xytext=(-4, 0),
         textcoords="offset points",
         ha="right",
-        va="bottom" if above else "top",
         fontsize=8,
         color=colour,
         zorder=6,
         path_effects=[withStroke(linewidth=2.0, foreground="white")],
     )
 
-    def covered(place: float) -> int:
+    def put(place: float, side: bool) -> None:
         text.xy = (place, value)
-        box = text.get_window_extent().transformed(axis.transData.inverted())
+        text.xyann = (-4, 1.5 if side else -2)
+        text.set_verticalalignment("bottom" if side else "top")
+
+    def covered(where: tuple[float, bool]) -> tuple[int, int]:
+        put(*where)
+        extent = text.get_window_extent()
+        box = extent.transformed(axis.transData.inverted())
         left, right = box.x0, box.x1
         if left < axis.get_xlim()[0]:
-            return sum(values.size for _, values in curves)
+            return len(written), sum(values.size for _, values in curves)
         low, high = sorted((box.y0, box.y1))
-        return sum(
+        points = sum(
             int(np.count_nonzero((times >= left) & (times <= right) & (values >= low) & (values <= high)))
             for times, values in curves
         )
+        return sum(extent.overlaps(other) for other in written), points
 
-    text.xy = (min(_PLACES, key=covered), value)
+    put(*min([(place, side) for side in (above, not above) for place in _PLACES], key=covered))
+    written.append(text.get_window_extent())
 
 
 def _curves(panel: LinePanel, truth: Trajectory) -> Curves:
@@ -145,13 +155,37 @@ def _sides(node: Comparison, of: Node, value: float, upper: bool, tags: Sequence
 
 
 def in_force(limit: Limit, comparison: Comparison, truth: Trajectory) -> NDArray[np.bool_]:
-    """When the comparison must hold, shape (times,): always, or while no alternative of an ``or`` does."""
+    """When the comparison must hold, shape (times,): always, or while no alternative of an ``or`` does.
+
+    Another instrument that is held to the same value is no alternative, nor are several of them that are believed
+    together: which of them reads decides what is known, and not what must hold.
+    """
     root = limit.formula.root
-    others = [o for o in root.operands if o != comparison] if isinstance(root, Or) else []
+    others = (
+        [o for o in root.operands if o != comparison and not _holds_to_it(o, comparison)]
+        if isinstance(root, Or)
+        else []
+    )
     lifted = np.zeros(truth.length, dtype=np.bool_)
     for other in others:
         lifted |= Formula(render(other), other).margins(truth.signals, truth.dt_s)[0] >= 0.0
     return ~lifted
+
+
+def _holds_to_it(alternative: Node, comparison: Comparison) -> bool:
+    """Whether ``alternative`` is the comparison, or holds another reading to the same value, at least among others."""
+    compared = [node for node, _ in walk(alternative) if isinstance(node, Comparison)]
+    return any(_bound(node) == _bound(comparison) is not None for node in compared)
+
+
+def _bound(node: Comparison) -> tuple[str, float] | None:
+    """Side and number of a comparison of a reading with a number; None of any other."""
+    left, right = _number(node.left), _number(node.right)
+    if right is not None and isinstance(node.left, TagValue):
+        return node.operator[0], right
+    if left is not None and isinstance(node.right, TagValue):
+        return {"<": ">", ">": "<"}[node.operator[0]], left
+    return None
 
 
 def _number(node: Node) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -16,8 +17,13 @@ from homeostat.record.figure.shown import ShownRun
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_COLOURS: Final = ("#0072b2", "#009e73", "#e69f00", "#56b4e9", "#cc79a7")
-"""Okabe and Ito's palette, which is told apart by colour-blind readers too, without its reds: red is for limits."""
+_COLOURS: Final = (
+    "#0072b2", "#009e73", "#e69f00", "#56b4e9", "#cc79a7", "#332288", "#999933", "#117733", "#44aa99", "#aa8866"
+)  # fmt: skip
+"""Okabe and Ito's palette, which is told apart by colour-blind readers too, without its reds: red is for limits.
+
+Behind it what is left of Tol's: of many signals of one panel no two have the same colour.
+"""
 _DASHES: Final = {Role.SP: (0, (5, 3)), Role.MV: (0, (1, 1.6))}
 """Lines of setpoints and commands; process values and positions are solid."""
 _TICKS: Final = 6
@@ -37,9 +43,9 @@ def draw_lines(axis: Axes, panel: LinePanel, plant: PlantDescription, run: Shown
     first_s, last_s = axis.get_xlim()
     shown = (times >= max(first_s, started_s)) & (times <= last_s)
     low, high = panel.window
-    quantities = list(dict.fromkeys(_quantity(tag) for tag in panel.tags))
+    quantities = list(dict.fromkeys(_quantity(tag, panel.tags, plant) for tag in panel.tags))
     for tag in panel.tags:
-        rank = quantities.index(_quantity(tag))
+        rank = quantities.index(_quantity(tag, panel.tags, plant))
         colour, width = _COLOURS[rank % len(_COLOURS)], max(2.3 - 0.6 * rank, 1.1)
         true, measured = run.truth.signals[tag][0], run.measured.signals[tag][0]
         dashes = _DASHES.get(plant.tag(tag).role)
@@ -72,6 +78,10 @@ def name_axis(axis: Axes, panel: Panel) -> None:
     axis.spines[["top", "right"]].set_visible(False)
 
 
-def _quantity(tag: str) -> str:
-    """What a tag and its setpoint or command have in common."""
-    return tag.partition(".")[0]
+def _quantity(tag: str, beside: Sequence[str], plant: PlantDescription) -> str:
+    """What is drawn in one colour: a reading with its setpoint or command, and no other reading."""
+    if plant.tag(tag).role not in _DASHES:
+        return tag
+    name = tag.rpartition(".")[0]
+    solid = [each for each in beside if plant.tag(each).role not in _DASHES]
+    return next((each for each in solid if each == name or each.rpartition(".")[0] == name), name)

@@ -13,14 +13,15 @@ from homeostat.record.releases import Release
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.text import Text
 
 _ONSET: Final = "#3a3a3a"
 _DETECTED: Final = "#b8860b"
 _RELEASED: Final = "#00755a"
 _FALLBACK: Final = "#6a3d9a"
 _COMPLETE: Final = "#5f6b76"
-_CROWDED: Final = 0.045
-"""Distance between later releases below which the second one's time is left out, as part of the width [1]."""
+_CROWDED: Final = 4.0
+"""Room between the times of later releases below which the second one's is left out [pixel]."""
 MOST_BEGINNINGS = 3
 """Most beginnings of faults and disturbances that are marked one by one."""
 
@@ -49,7 +50,7 @@ def draw_marks(strip: Axes, panels: Sequence[Axes], marks: Sequence[Mark], run: 
     total = strip_rows(marks, run)
     strip.set_ylim(0.0, total)
     strip.axis("off")
-    first_s, last_s = strip.get_xlim()
+    first_s, _ = strip.get_xlim()
     if _quiet(run):
         strip.text(first_s, total - 0.5, "Nothing detected, nothing released.", fontsize=9, color=_ONSET, va="center")
     for row, mark in enumerate(marks, start=_quiet(run)):
@@ -62,7 +63,7 @@ def draw_marks(strip: Axes, panels: Sequence[Axes], marks: Sequence[Mark], run: 
     for moment in later:
         for axis in panels:
             axis.axvline(moment.at_s, color=_RELEASED, linewidth=0.6, alpha=0.7, zorder=2)
-    _write_times(strip, later, _CROWDED * (last_s - first_s), clock)
+    _write_times(strip, later, clock)
 
 
 def _quiet(run: ShownRun) -> bool:
@@ -70,17 +71,19 @@ def _quiet(run: ShownRun) -> bool:
     return not (run.record.diagnosed or run.record.releases or run.record.fallbacks)
 
 
-def _write_times(strip: Axes, later: Sequence[Release], apart_s: float, clock: Clock) -> None:
+def _write_times(strip: Axes, later: Sequence[Release], clock: Clock) -> None:
     """Times of later releases on the lowest line, where there is room."""
-    written_s = -apart_s
-    for number, moment in enumerate(later):
-        if number == 0 or moment.at_s - written_s >= apart_s:
-            words = f"released {clock.told(moment.at_s)}" if number == 0 else clock.number(moment.at_s)
-            _write(strip, words, moment.at_s, 0.4, 7.5, _RELEASED)
-            written_s = moment.at_s
+    last: Text | None = None
+    for moment in later:
+        words = clock.number(moment.at_s) if last is not None else f"released {clock.told(moment.at_s)}"
+        text = _write(strip, words, moment.at_s, 0.4, 7.5, _RELEASED)
+        if last is not None and text.get_window_extent().overlaps(last.get_window_extent().padded(_CROWDED)):
+            text.remove()
+        else:
+            last = text
 
 
-def _write(strip: Axes, words: str, at_s: float, height: float, size: float, colour: str) -> None:
+def _write(strip: Axes, words: str, at_s: float, height: float, size: float, colour: str) -> Text:
     """Words to the right of a moment, or to the left of it where the right has no room."""
     text = strip.annotate(
         words,
@@ -95,6 +98,7 @@ def _write(strip: Axes, words: str, at_s: float, height: float, size: float, col
     )
     if text.get_window_extent().x1 > strip.figure.bbox.x1:
         text.set(x=-4, ha="right")
+    return text
 
 
 def explained(run: ShownRun, machine: StateMachine, clock: Clock) -> list[Mark]:

@@ -48,7 +48,7 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
     yield _row("Limits", _outside(result))
     if result.production_loss is not None:
         since = "the onset" if result.onset_s is not None else "the start"
-        yield _row("Production", f"{100 * result.production_loss:.1f} % lost since {since}")
+        yield _row("Production", f"{_lost(result.production_loss)} since {since}")
     if result.cost is not None:
         yield _row("Cost", _cost(result.cost, result.currency))
     if result.cost_alone is not None:
@@ -64,6 +64,16 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
 
 def _row(name: str, text: str) -> str:
     return f"  {name:<11} {printable(text)}"
+
+
+def _lost(share: float) -> str:
+    """What is lost of the production [1]; less than nothing is more than the plant makes without the fault."""
+    told = f"{abs(100 * share):.1f} %"
+    return f"{told} lost" if share >= 0.0 or told == "0.0 %" else f"{told} more"
+
+
+def _signed(seconds: float, plant: PlantDescription) -> str:
+    return f"{'-' if seconds < 0.0 else '+'}{plant.timing.told(abs(seconds))}"
 
 
 def _injected(injected: FaultState, plant: PlantDescription) -> str:
@@ -122,7 +132,7 @@ def _batch(result: Result, plant: PlantDescription) -> str:
         text = f"not complete, ended in state {plant.machine.state(result.state).label!r}"
     else:
         late_s = result.complete_s - result.nominal_s
-        text = f"complete at {plant.timing.told(result.complete_s)} s, {late_s:+.0f} s against nominal"
+        text = f"complete at {plant.timing.told(result.complete_s)} s, {_signed(late_s, plant)} s against nominal"
     return ", ".join((text, *(f"{name.replace('_', ' ')} {value:.3g}" for name, value in result.totals.items())))
 
 

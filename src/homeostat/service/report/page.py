@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from homeostat import __version__
+from homeostat.domain.lasting import lasting
 from homeostat.plants.page.markup import Markup, element, together
 from homeostat.service.report.facts import Facts, Lasting
 from homeostat.service.report.residuals import Followed
@@ -27,11 +28,11 @@ def page(facts: Facts, followed: Followed | None = None) -> str:
 
     ``followed``: what the twin made of the history; None where there is none.
     """
-    title = f"{facts.plant or 'plant'}: {_span(facts.length_s)} attached"
+    title = f"{facts.plant or 'plant'}: {lasting(facts.length_s)} attached"
     head = element("head", element("meta", charset="utf-8"), element("title", title), element("style", Markup(_STYLE)))
     parts = [
         element("h1", title),
-        element("p", f"From {facts.from_s:.0f} s to {facts.to_s:.0f} s of process time; homeostat {__version__}."),
+        element("p", f"From {facts.from_s:.10g} s to {facts.to_s:.10g} s of process time; homeostat {__version__}."),
         *([element("p", element("strong", f"What came last is missing: {facts.lacking}."))] if facts.lacking else ()),
         *_part("Modes", _modes(facts), "The guard never stood in any."),
         *_part("Alarms", _lasting(facts, facts.alarms, "Alarm"), "There was none."),
@@ -52,7 +53,7 @@ def _part(title: str, table: Markup | list[Markup] | None, nothing: str) -> list
 
 
 def _modes(facts: Facts) -> Markup | None:
-    rows = ((mode, _span(x.lasted_s), f"{100 * facts.share(x):.1f} %") for mode, x in facts.modes.items())
+    rows = ((mode, lasting(x.lasted_s), f"{100 * facts.share(x):.1f} %") for mode, x in facts.modes.items())
     return _rows(("Mode", "Time", "Part"), rows)
 
 
@@ -61,8 +62,8 @@ def _lasting(facts: Facts, group: Mapping[str, Lasting], what: str) -> Markup | 
     days = max(facts.length_s / (24 * _HOUR_S), 1e-9)
     rows = (
         (
-            name, str(x.times), f"{x.times / days:.1f}", _span(x.lasted_s), f"{100 * facts.share(x):.2f} %",
-            _span(x.longest_s), x.text,
+            name, str(x.times), f"{x.times / days:.1f}", lasting(x.lasted_s), f"{100 * facts.share(x):.2f} %",
+            lasting(x.longest_s), x.text,
         )
         for name, x in ordered
     )  # fmt: skip
@@ -70,7 +71,7 @@ def _lasting(facts: Facts, group: Mapping[str, Lasting], what: str) -> Markup | 
 
 
 def _diagnosed(facts: Facts) -> Markup | None:
-    rows = ((f"{at_s:.0f} s", name, f"{100 * probability:.0f} %") for at_s, name, probability in facts.diagnosed)
+    rows = ((f"{at_s:.10g} s", name, f"{100 * probability:.0f} %") for at_s, name, probability in facts.diagnosed)
     return _rows(("When", "Likeliest", "Probability"), rows)
 
 
@@ -80,7 +81,7 @@ def _asked(facts: Facts) -> Markup | None:
         return ", ".join(f"{c.tag} to {'automatic' if c.value is None else f'{c.value:.4g}'}" for c in found)
 
     rows = (
-        (f"{x.at_s:.0f} s", name, x.proposer, x.status, commands(name), x.reason) for name, x in facts.asked.items()
+        (f"{x.at_s:.10g} s", name, x.proposer, x.status, commands(name), x.reason) for name, x in facts.asked.items()
     )
     return _rows(("When", "Request", "By", "Status", "Commands", "Why no further"), rows)
 
@@ -110,11 +111,3 @@ def _rows(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Markup | No
         return None
     first = element("tr", [element("th", name, scope="col") for name in head])
     return element("table", element("thead", first), element("tbody", list(body)))
-
-
-def _span(seconds: float) -> str:
-    """A length of time as a person says it."""
-    for unit, size in (("d", 24 * _HOUR_S), ("h", _HOUR_S), ("min", 60.0)):
-        if seconds >= 2.0 * size:
-            return f"{seconds / size:.1f} {unit}"
-    return f"{seconds:.0f} s"

@@ -8,6 +8,7 @@ import sys
 from dataclasses import asdict
 from typing import Any
 
+from homeostat.domain.lasting import lasting
 from homeostat.domain.quotation import printable
 from homeostat.evaluate.lint.check import Checked, check
 from homeostat.evaluate.lint.checks import ANSWERS, DEEP, LOADING
@@ -48,11 +49,11 @@ def _ending(case: str, checked: Checked) -> list[str]:
 
 
 def _outlook(each: Outlook) -> str:
-    noticed = "not noticed" if each.noticed_s is None else f"noticed after {each.noticed_s:g} s"
+    noticed = "not noticed" if each.noticed_s is None else f"noticed after {lasting(each.noticed_s)}"
     symptoms = f" ({', '.join(each.symptoms[:3])}{' ...' if each.symptoms[3:] else ''})" if each.symptoms else ""
-    violates = (
-        f", violates {each.violates} after {each.violated_s:g} s" if each.violates else ", violates no hard limit"
-    )
+    violates = ", violates no hard limit"
+    if each.violates and each.violated_s is not None:
+        violates = f", violates {each.violates} after {lasting(each.violated_s)}"
     alike = f", looks like {', '.join(each.alike)}" if each.alike else ""
     answers = f", may end in {', '.join(each.answers)}" if each.answers else ", ends in a fallback"
     return f"fault {each.fault}: {noticed}{symptoms}{violates}{alike}{answers}"

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from homeostat.domain.lasting import lasting
 from homeostat.domain.plant.limits import LimitKind
 from homeostat.domain.plant.tag import Tag
 from homeostat.evaluate.lint.deep.bench import Bench
@@ -44,7 +45,7 @@ def emptied(bench: Bench) -> Iterator[Finding]:
         more = f" ({len(found)} faults do)" if len(found) > 1 else ""
         what = (
             f"{first.fault!r} empties what {tag.name!r} shows, from {amount(first.was, tag.unit)} in "
-            f"{first.after_s:g} s{more}, and no limit has a lower end for it: nobody acts before it is dry, "
+            f"{lasting(first.after_s)}{more}, and no limit has a lower end for it: nobody acts before it is dry, "
             "and a recovery may leave it so"
         )
         remedy = (

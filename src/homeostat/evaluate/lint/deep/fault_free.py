@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from homeostat.domain.diagnosis import SymptomRule
+from homeostat.domain.lasting import lasting
 from homeostat.domain.plant.description import Relation
 from homeostat.domain.plant.limits import Limit, LimitKind
 from homeostat.domain.recovery import Step
@@ -77,7 +78,7 @@ def _route(bench: Bench, course: Course) -> Iterator[Finding]:
     nearest = told_margin(guard, signals, guard.margins(signals, course.truth.dt_s)[0], best=True)
     what = (
         f"the fault-free plant does not come from {step.transition.source!r} to {step.target!r} "
-        f"in {bench.plant.end_s:g} s: '{guard}' never holds, its margin is {nearest} at best"
+        f"in {lasting(bench.plant.end_s)}: '{guard}' never holds, its margin is {nearest} at best"
     )
     place = bench.places.row("transitions", id=step.transition.name)
     remedy = "correct the guard, the setpoints or the model, or give the run more time (end_s)"
@@ -119,7 +120,7 @@ def _violated(bench: Bench, course: Course, limit: Limit, outside: np.ndarray) -
     place = bench.places.row("start_up", limit=limit.name) if starts else bench.places.row("limits", id=limit.name)
     what = (
         f"{limit.name} does not hold in the fault-free plant: '{limit.formula}' is violated for "
-        f"{course.lasts_s(outside):g} s, first at {first_s:g} s, by up to "
+        f"{lasting(course.lasts_s(outside))}, first at {lasting(first_s)}, by up to "
         f"{told_margin(limit.formula, course.truth.signals, course.margins(limit), best=False).removeprefix('-')}"
     )
     remedy = "correct the limit, the setpoints in setpoints.csv, or the model"
@@ -137,7 +138,7 @@ def _ranges(bench: Bench, course: Course) -> Iterator[Finding]:
             worst = values[int(np.argmax(np.maximum(tag.range.low - values, values - tag.range.high)))]
             what = (
                 f"the true {tag.name!r} is outside its instrument's range {tag.range.low:g} to {tag.range.high:g} "
-                f"{tag.unit} for {course.lasts_s(outside):g} s of the fault-free course, as far as {worst:.4g} "
+                f"{tag.unit} for {lasting(course.lasts_s(outside))} of the fault-free course, as far as {worst:.4g} "
                 f"{tag.unit}"
             )
             place = bench.places.row("signals", tag=tag.name)
@@ -153,12 +154,12 @@ def _states(bench: Bench, course: Course) -> Iterator[Finding]:
         signals = {tag: values[:, during] for tag, values in course.truth.signals.items()}
         if not during.any() or (state.settled_when.margins(signals, course.truth.dt_s) >= 0.0).any():
             continue
-        what = f"{name!r} is entered at {from_s:g} s, but '{state.settled_when}' holds at no moment of it"
+        what = f"{name!r} is entered at {lasting(from_s)}, but '{state.settled_when}' holds at no moment of it"
         place = bench.places.row("states", id=name)
         yield Finding(Severity.ERROR, "fault-free", place, what, "correct settled_when, or the setpoints of the state")
     for name, longest_s in d.start_up.longest_s.items():
         if math.isfinite(course.started_s) and course.started_s > longest_s:
-            what = f"start-up takes {course.started_s:g} s, more than start_up_s = {longest_s:g} s"
+            what = f"start-up takes {lasting(course.started_s)}, more than start_up_s = {longest_s:g} s"
             place = bench.places.row("states", id=name)
             yield Finding(Severity.ERROR, "fault-free", place, what, "give it twice the longest fault-free start")
 
@@ -195,7 +196,7 @@ def healthy_symptoms(bench: Bench) -> Iterator[Finding]:
                 continue
             seen.add(rule.name)
             what = (
-                f"the fault-free plant shows {rule.name!r} at {shown.confirmed_s:g} s: its feature deviates by "
+                f"the fault-free plant shows {rule.name!r} at {lasting(shown.confirmed_s)}: its feature deviates by "
                 f"{shown.largest:.3g} times the threshold, {shown.threshold:.4g}"
             )
             place = bench.places.row("symptoms", id=rule.name)

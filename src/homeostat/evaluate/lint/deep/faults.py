@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from homeostat.domain.diagnosis import FaultMode, SymptomRule
+from homeostat.domain.lasting import lasting
 from homeostat.domain.plant.description import Relation
 from homeostat.domain.plant.tag import Role
 from homeostat.evaluate.lint.deep.alone import alone
@@ -158,7 +159,7 @@ def _noticed(bench: Bench, fault: FaultMode, shown: dict[str, Shown]) -> Iterato
         near = f"{nearest!r} comes to {most:.2g} times its threshold, {shown[nearest].threshold:.4g}"
         if most <= NOISE * _without(bench)[nearest]:
             near = f"none of the symptoms that indicate it shows more than without a fault, {', '.join(sorted(own))}"
-        what = f"nothing notices {size} in {bench.plant.end_s - bench.onset_s:g} s: {near}"
+        what = f"nothing notices {size} in {lasting(bench.plant.end_s - bench.onset_s)}: {near}"
         place = bench.places.row("faults", id=fault.name)
         yield Finding(Severity.ERROR, "faults", place, what, _UNSEEN)
 

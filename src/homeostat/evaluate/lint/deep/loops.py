@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from homeostat.domain.lasting import lasting
 from homeostat.domain.plant.description import ControlLoop
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
@@ -162,11 +163,11 @@ def _follows(bench: Bench, loop: ControlLoop) -> Finding | None:
         return _slow(bench, loop, course, begin_s, target)
     last = course.true(loop.manipulated_variable)[late]
     if end := end_of(d.tag(loop.manipulated_variable), last):
-        when = f"after the twin's horizon of {horizon_s:g} s, for a setpoint of {amount(target, sp.unit, 6)}"
+        when = f"after the twin's horizon of {lasting(horizon_s)}, for a setpoint of {amount(target, sp.unit, 6)}"
         return _exhausted(bench, loop, end, amount(abs(target - before - reached), pv.unit), when)
     went = "the other way" if reached * (target - before) < 0.0 else f"{abs(reached) / size:.0%} of the way"
     what = (
-        f"{pv.name!r} goes {went} within the twin's horizon of {horizon_s:g} s after {sp.name!r} is set from "
+        f"{pv.name!r} goes {went} within the twin's horizon of {lasting(horizon_s)} after {sp.name!r} is set from "
         f"{before:g} to {amount(target, sp.unit, 6)}: a rollout does not show where loop {loop.name!r} leads"
     )
     remedy = f"correct the gains ({gains_of(bench, loop)}), or give [twin] a longer horizon_s"
@@ -188,8 +189,9 @@ def _slow(bench: Bench, loop: ControlLoop, course: Course, begin_s: float, targe
         return None
     row = bench.places.row("writables", tag=sp.name)
     what = (
-        f"{loop.process_variable!r} has followed a small step of {sp.name!r} by {FOLLOWED:.0%} after {follows_s:g} s, "
-        f"and fastest = {amount(rule.fastest, sp.unit, 6)}/s says that its whole range takes {stated_s:g} s ({row})"
+        f"{loop.process_variable!r} has followed a small step of {sp.name!r} by {FOLLOWED:.0%} after "
+        f"{lasting(follows_s)}, and fastest = {amount(rule.fastest, sp.unit, 6)}/s says that its whole range takes "
+        f"{stated_s:g} s ({row})"
     )
     remedy = "correct fastest, the loop's gains, or the time constant of its actuator in parameters.csv"
     return _finding(bench, loop, what, remedy)

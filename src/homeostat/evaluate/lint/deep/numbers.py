@@ -94,5 +94,5 @@ def _doubted(bench: Bench, course: Course) -> Iterator[tuple[str, Finding]]:
     for tag, reason, at_s in said:
         what = f"a reading {when} the fault-free plant is doubted at {at_s:g} s: {reason}"
         place = bench.places.row("quality", tag=tag)
-        remedy = "correct frozen_s, fastest or noise in quality.csv (state every_s of an analyser), or its range"
+        remedy = f"correct frozen_s, fastest or noise in {place.file} (state every_s of an analyser), or its range"
         yield tag, Finding(Severity.ERROR, "numbers", place, what, remedy)

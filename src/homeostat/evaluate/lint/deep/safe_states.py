@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from homeostat.domain.diagnosis import FaultMode, FaultState
+from homeostat.domain.lasting import lasting
 from homeostat.domain.plant.limits import Limit
 from homeostat.domain.recovery import ActionSet, Command, FallbackStrategy
 from homeostat.domain.snapshot import Snapshot
@@ -28,6 +30,9 @@ LEAST_S: Final = 200.0
 """For how long it is followed at least, by the reference [s]."""
 PERIODS: Final = 4.0
 """Multiples of its time for which it is followed whether a strategy helps [1]."""
+MINDS: Final = 0.05
+"""Share of what a limit's margin comes through by which a command has to move it to be a remedy [1]."""
+ROUND: Final = 1e-9
 _REMEDY: Final = (
     "command more, faster (fallbacks.csv), or state another strategy for the limit, or that more may stay (rest in "
     "fallback_limits.csv)"
@@ -98,7 +103,7 @@ def _healthy(bench: Bench, strategy: FallbackStrategy, course: Course) -> Iterat
     if not (margins >= 0.0).any():
         best = told_margin(state.settled_when, signals, margins[0], best=True)
         what = (
-            f"{strategy.name!r} does not reach {name!r} in {course.lasts_s(late):g} s on the fault-free plant: "
+            f"{strategy.name!r} does not reach {name!r} in {lasting(course.lasts_s(late))} on the fault-free plant: "
             f"'{state.settled_when}' never holds, its margin is {best} at best"
         )
         remedy = f"command what the state needs, or correct its settled_when ({bench.places.row('states', id=name)})"
@@ -113,8 +118,8 @@ def _healthy(bench: Bench, strategy: FallbackStrategy, course: Course) -> Iterat
         if outside.any():
             what = (
                 f"{strategy.name!r} violates {limit.name} on the fault-free plant: '{limit.formula}' does not hold for "
-                f"{course.lasts_s(outside):g} s, first "
-                f"{float(course.truth.times_s[outside][0]) - course.acted_s:g} s after it"
+                f"{lasting(course.lasts_s(outside))}, first "
+                f"{lasting(float(course.truth.times_s[outside][0]) - course.acted_s)} after it"
             )
             yield Finding(Severity.ERROR, "fallbacks", place, what, "correct its commands, their order or their rates")
 
@@ -152,7 +157,7 @@ def _hindered(bench: Bench, strategy: str, limit: str, every: list[_Failure | No
         yield Finding(Severity.ERROR, "fallbacks", place, what, remedy)
     elif late:
         back_s, fault = max(late)
-        what = f"{strategy!r} is given up before it helps: under {fault!r} {limit} comes back after {back_s:g} s"
+        what = f"{strategy!r} is given up before it helps: under {fault!r} {limit} comes back after {lasting(back_s)}"
         longest_s = times_s("acts_within_s", bench.plant.description.timing)[1]
         longer = "give it about twice as long (acts_within_s), or command"
         if 2.0 * back_s > longest_s:  # which the check of the tables refuses
@@ -187,19 +192,12 @@ def _asked(bench: Bench) -> Iterator[_Asked]:
 def _fails(bench: Bench, asked: _Asked, strategy: FallbackStrategy) -> _Failure | None:
     """Why ``strategy`` does not help, as the guard would say; None where it does."""
     bench.told(f"{strategy.name} under {asked.fault.name}")
-    timing = bench.plant.description.timing
-
-    def act(seen: Snapshot) -> ActionSet | None:
-        return strategy.actions if seen.at_s >= asked.from_s + LATE * timing.tick_s else None
-
-    fault = FaultState(asked.fault.name, asked.severity, bench.onset_s)
-    effect = strategy.serves[asked.limit.name]
-    end_s = min(bench.plant.end_s, asked.from_s + max(PERIODS * effect.acts_within_s, timing.time_s(LEAST_S)))
-    course = bench.acted((fault,), noise=1.0, act=act, end_s=end_s)
+    course = _course(bench, asked, strategy.actions, strategy.serves[asked.limit.name].acts_within_s)
     if course.broke:
         return _Failure(asked.fault.name, f"the plant breaks: {course.broke}", None)
     stands_s = course.acted_s + confirm_s(bench, strategy)
-    watch = EffectWatch(fallbacks(bench.plant), timing)
+    effect = strategy.serves[asked.limit.name]
+    watch = EffectWatch(fallbacks(bench.plant), bench.plant.description.timing)
     for snapshot in course.seen:
         if snapshot.at_s <= stands_s:
             continue
@@ -212,8 +210,20 @@ def _fails(bench: Bench, asked: _Asked, strategy: FallbackStrategy) -> _Failure 
             why = failure[1].removesuffix(f": {_SHORT}") + rest
             if goes_on := _goes_on(bench, asked, strategy, course):
                 return _Failure(asked.fault.name, why + goes_on, back_s, idle=True)
-            return _Failure(asked.fault.name, why + _ramps(bench, course, strategy, effect.acts_within_s), back_s)
+            return _Failure(asked.fault.name, why + _ramps(bench, asked, strategy, course), back_s)
     return None
+
+
+def _course(bench: Bench, asked: _Asked, actions: ActionSet, within_s: float) -> Course:
+    """The plant under the fault that is ``asked`` about, with ``actions`` once the limit has tripped."""
+    timing = bench.plant.description.timing
+
+    def act(seen: Snapshot) -> ActionSet | None:
+        return actions if seen.at_s >= asked.from_s + LATE * timing.tick_s else None
+
+    fault = FaultState(asked.fault.name, asked.severity, bench.onset_s)
+    end_s = min(bench.plant.end_s, asked.from_s + max(PERIODS * within_s, timing.time_s(LEAST_S)))
+    return bench.acted((fault,), noise=1.0, act=act, end_s=end_s)
 
 
 def _goes_on(bench: Bench, asked: _Asked, strategy: FallbackStrategy, course: Course) -> str:
@@ -224,7 +234,7 @@ def _goes_on(bench: Bench, asked: _Asked, strategy: FallbackStrategy, course: Co
     if late.sum() < LATE or not margins[late][-1] < min(margins[late][0], 0.0):
         return ""
     by = amount(float(margins[late][0] - margins[late][-1]), asked.limit.formula.unit)
-    lasts = f"in the {course.lasts_s(late):.4g} s after all that it commands is done it gets worse by {by}"
+    lasts = f"in the {lasting(course.lasts_s(late))} after all that it commands is done it gets worse by {by}"
     return f"; {lasts}: nothing of that stops what {asked.fault.name!r} does"
 
 
@@ -236,15 +246,35 @@ def _takes_s(course: Course, command: Command) -> float:
     return abs(command.value - began) / command.rate
 
 
-def _ramps(bench: Bench, course: Course, strategy: FallbackStrategy, within_s: float) -> str:
-    """What of ``strategy`` is still on its way when it has to have helped, and how fast it goes; empty for nothing."""
-    told = []
+def _ramps(bench: Bench, asked: _Asked, strategy: FallbackStrategy, course: Course) -> str:
+    """What of ``strategy`` is still on its way when it has to have helped, and how fast it goes; empty for nothing.
+
+    What the limit does not mind is not told.
+    """
+    told, within_s = [], strategy.serves[asked.limit.name].acts_within_s
     for command in strategy.actions.commands:
         tag, takes_s = bench.plant.description.tag(command.tag), _takes_s(course, command)
-        if command.rate is not None and takes_s > 0.5 * within_s:
-            told.append(f"{command.tag!r} takes {takes_s:.4g} s at its rate, {amount(command.rate, tag.unit + '/s')}")
+        if command.rate is not None and takes_s > 0.5 * within_s and _matters(bench, asked, strategy, command, course):
+            rate = amount(command.rate, f"{tag.unit}/s")
+            told.append(f"{command.tag!r} takes {lasting(takes_s)} at its rate, {rate}")
     said = "; ".join(told)
     return f"; {said}: state a higher rate, and in writables.csv as fastest what the equipment permits" if told else ""
+
+
+def _matters(bench: Bench, asked: _Asked, strategy: FallbackStrategy, command: Command, course: Course) -> bool:
+    """Whether the limit goes another way where ``strategy`` does not command this: else its rate is no remedy."""
+    others = tuple(each for each in strategy.actions.commands if each != command)
+    without = replace(strategy.actions, commands=others)
+    if not others:
+        return True
+    bench.told(f"{strategy.name} without {command.tag}")
+    other = _course(bench, asked, without, strategy.serves[asked.limit.name].acts_within_s)
+    if other.broke:
+        return True
+    one, two = (each.margins(asked.limit)[each.after(course.acted_s)] for each in (course, other))
+    length = min(one.size, two.size)
+    apart = float(np.nan_to_num(np.abs(one[:length] - two[:length])).max(initial=0.0))
+    return apart > MINDS * max(float(np.ptp(one[:length])) if length else 0.0, ROUND)
 
 
 _SHORT: Final = "violated"

@@ -13,13 +13,14 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from homeostat.domain.lasting import lasting
 from homeostat.domain.plant.limits import Criterion, Limit, LimitKind
 from homeostat.domain.recovery import FallbackStrategy
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.course import Course, told_margin
 from homeostat.evaluate.lint.deep.onward import Begun, onward
-from homeostat.evaluate.lint.finding import Finding, Severity, amount, lasting
+from homeostat.evaluate.lint.finding import Finding, Severity, amount
 from homeostat.plants.wired.assembly import fallbacks
 from homeostat.process.types import Vec
 from homeostat.stl.formula import Formula
