@@ -33,7 +33,21 @@ from homeostat.stl.tree import (
 
 pytestmark = pytest.mark.quick
 
-KEYWORDS = {"and", "or", "not", "implies", "always", "eventually", "until", "true", "false", "abs", "min", "max"}
+KEYWORDS = {
+    "and",
+    "or",
+    "not",
+    "implies",
+    "always",
+    "eventually",
+    "until",
+    "true",
+    "false",
+    "abs",
+    "sqrt",
+    "min",
+    "max",
+}
 NAMES = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,4}(\.[a-z]{1,3})?", fullmatch=True).filter(lambda n: n not in KEYWORDS)
 BOUNDS = st.tuples(st.floats(0, 1e6), st.floats(0, 1e6)).map(sorted) | st.just([0.0, math.inf])
 
@@ -45,7 +59,7 @@ def _arithmetic() -> st.SearchStrategy[Arithmetic]:
         lambda inner: st.one_of(
             inner.map(Negate),
             st.builds(Binary, st.sampled_from("+-*/"), inner, inner),
-            st.builds(lambda a: Call("abs", (a,)), inner),
+            st.builds(lambda f, a: Call(f, (a,)), st.sampled_from(["abs", "sqrt"]), inner),
             st.builds(lambda f, a, b: Call(f, (a, b)), st.sampled_from(["min", "max"]), inner, inner),
         ),
         max_leaves=6,

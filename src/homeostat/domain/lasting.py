@@ -9,5 +9,5 @@ def lasting(seconds: float) -> str:
     """In seconds, minutes, hours or days, by its size: from two of a unit on in that unit."""
     for unit, size in _UNITS:
         if 2.0 * size <= abs(seconds) < float("inf"):
-            return f"{seconds / size:.3g} {unit}"
+            return f"{f'{seconds / size:.1f}'.removesuffix('.0')} {unit}"
     return f"{seconds:.4g} s"

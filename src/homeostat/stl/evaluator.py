@@ -97,6 +97,8 @@ def term(node: Arithmetic, operations: Operations) -> Program:
             first, *rest = (term(argument, operations) for argument in node.arguments)
             if node.function == "abs":
                 return lambda at: abs(first(at))
+            if node.function == "sqrt":
+                return lambda at: operations.root(first(at))
             return _paired(operations.smaller if node.function == "min" else operations.larger, first, rest[0])
         case _:
             assert_never(node)

@@ -10,6 +10,7 @@ True
 
 Grammar, from loose to tight: ``implies`` (or ``->``), ``or``, ``and``, ``f until[a,b] g``, the prefixes ``not``,
 ``always[a,b]`` and ``eventually[a,b]``, the comparisons ``<= < >= > ==``, then ``+ - * /``, unary ``-``, ``abs(x)``,
+``sqrt(x)`` (0 of what is negative),
 ``min(a,b)``, ``max(a,b)`` over tags and numbers; also ``true`` and ``false``. Bounds are seconds; without them a
 temporal operator looks to the end of the trace. A prefix takes one operand: ``always[0,60] a <= 1 and b <= 2`` means
 ``(always[0,60](a <= 1)) and b <= 2``.

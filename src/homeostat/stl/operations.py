@@ -42,6 +42,8 @@ class Operations:
     """Margin of a window from that of its operand."""
     until: Callable[[Until, Program, Program], Program]
     """Margin of an ``until`` from those of its condition and its goal."""
+    root: Callable[[Any], Any]
+    """Square root; 0 of what is negative, as a flow whose head is none; NaN of NaN."""
 
 
 def _looks_ahead(node: Always | Eventually | Until, *_: Program) -> NoReturn:
@@ -69,6 +71,10 @@ def _larger(left: float, right: float) -> float:
     return max(left, right) if left == left and right == right else math.nan
 
 
+def _root(value: float) -> float:
+    return math.sqrt(max(value, 0.0)) if value == value else math.nan
+
+
 def _known(difference: Program, unknown: float) -> Program:
     def margin(values: Mapping[str, float]) -> float:
         found: float = difference(values)
@@ -77,7 +83,9 @@ def _known(difference: Program, unknown: float) -> Program:
     return margin
 
 
-POINT: Final = Operations(_value_of, _quotient, _smaller, _larger, _known, _same, min, max, _looks_ahead, _looks_ahead)
+POINT: Final = Operations(
+    _value_of, _quotient, _smaller, _larger, _known, _same, min, max, _looks_ahead, _looks_ahead, _root
+)
 """One float per tag; a tag that is absent is unknown."""
 
 
@@ -89,12 +97,16 @@ def _quotients(left: FloatArray | float, right: FloatArray | float) -> Any:
     return left / np.where(np.equal(right, 0.0), math.nan, right)
 
 
+def _roots(values: FloatArray | float) -> Any:
+    return np.sqrt(np.maximum(values, 0.0))
+
+
 def _known_columns(difference: Program, unknown: float) -> Program:
     bound = np.fmax if unknown < 0.0 else np.fmin  # of NaN and a number they take the number
     return lambda columns: bound(difference(columns), unknown)
 
 
-_ARRAYS: Final = replace(POINT, quotient=_quotients, smaller=np.minimum, larger=np.maximum)
+_ARRAYS: Final = replace(POINT, quotient=_quotients, smaller=np.minimum, larger=np.maximum, root=_roots)
 COLUMNS: Final = replace(_ARRAYS, read=_column_of, known=_known_columns, lowest=np.minimum, highest=np.maximum)
 """One array of shape (members,) per tag; all tags are there."""
 

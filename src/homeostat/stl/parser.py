@@ -146,6 +146,9 @@ class _Builder(Transformer[Token, Node]):
     def absolute(self, operand: Arithmetic) -> Call:
         return Call("abs", (operand,))
 
+    def root(self, operand: Arithmetic) -> Call:
+        return Call("sqrt", (operand,))
+
     def minimum(self, left: Arithmetic, right: Arithmetic) -> Call:
         return Call("min", (left, right))
 

@@ -61,12 +61,12 @@ class Binary:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """Absolute value of one operand, smaller or larger of two."""
+    """Absolute value or square root of one operand, smaller or larger of two."""
 
-    function: Literal["abs", "min", "max"]
+    function: Literal["abs", "sqrt", "min", "max"]
     """Which one."""
     arguments: tuple[Arithmetic, ...]
-    """One operand for ``abs``, two for ``min`` and ``max``."""
+    """One operand for ``abs`` and ``sqrt``, two for ``min`` and ``max``."""
 
 
 @dataclass(frozen=True, slots=True)

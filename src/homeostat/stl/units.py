@@ -79,6 +79,8 @@ def _units(node: Arithmetic, tags: Mapping[str, Signal]) -> set[str]:
             return {tags[node.tag].unit}
         case Negate():
             return _units(node.operand, tags)
+        case Call(function="sqrt"):
+            return {_PRODUCT} if _units(node.arguments[0], tags) else set()
         case Call():
             return set().union(*(_units(argument, tags) for argument in node.arguments))
         case Binary():
@@ -146,6 +148,8 @@ def _unit(node: Arithmetic, tags: Mapping[str, Signal]) -> _Unit | None:
             return _unit(node.operand, tags)
         case Call(function="abs"):
             return _unit(node.arguments[0], tags)
+        case Call(function="sqrt"):
+            return _rooted(node, _unit(node.arguments[0], tags))
         case Call():
             return _common(node.arguments[0], node.arguments[1], tags)
         case Binary(operator="+" | "-"):
@@ -165,6 +169,13 @@ def _common(left: Arithmetic, right: Arithmetic, tags: Mapping[str, Signal]) -> 
         units = f"{render(left)!r} is in {first.symbol} and {render(right)!r} in {second.symbol}"
         raise Flaw(max(column, 1), f"{units}; convert one of them with a coefficient, or split the rule")
     return first
+
+
+def _rooted(node: Call, of: _Unit | None) -> _Unit | None:
+    """Half the powers of ``of``; unknown where one of them is odd, which no table can write."""
+    if of is None or any(power % 2 for power in of.powers.values()):
+        return None
+    return _Unit(render(node), {symbol: power // 2 for symbol, power in of.powers.items()})
 
 
 def _multiplied(node: Binary, left: _Unit | None, right: _Unit | None) -> _Unit | None:

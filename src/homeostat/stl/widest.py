@@ -87,6 +87,8 @@ def _values(node: Arithmetic, ranges: Mapping[str, Span]) -> Span:
             return -high, -low
         case Call(function="abs"):
             return _absolute(_values(node.arguments[0], ranges))
+        case Call(function="sqrt"):
+            return _rooted(_values(node.arguments[0], ranges))
         case Call():
             pick = min if node.function == "min" else max
             found = [_values(argument, ranges) for argument in node.arguments]
@@ -119,6 +121,11 @@ def _ends(found: Iterable[float]) -> Span:
 
 def _minus(left: Span, right: Span) -> Span:
     return left[0] - right[1], left[1] - right[0]
+
+
+def _rooted(span: Span) -> Span:
+    low, high = (math.sqrt(max(end, 0.0)) if end == end else math.nan for end in span)
+    return low, high
 
 
 def _absolute(span: Span) -> Span:
