@@ -94,3 +94,10 @@ def test_a_plant_that_breaks_is_told_with_the_number_that_is_mistyped(check: str
     (only,) = findings_of(CHECKS[check], Bench(folder))
     assert isinstance(only, Finding) and only.where.key == "flow_V1" and only.where.row
     assert "a number per hour typed as one per second" in only.what and "Traceback" not in str(only)
+
+
+@pytest.mark.slow
+def test_a_rate_that_is_mistyped_is_told_where_nothing_breaks(tmp_path: Path) -> None:
+    (only,) = causes(Bench(example("exchanger_train", tmp_path, ("flow_V1,1,", "flow_V1,3600,"))))
+    assert only.where.key == "flow_V1" and only.severity is Severity.ERROR
+    assert "every loop does if flow_V1 = 1 kg/s: a number per hour typed as one per second" in only.what

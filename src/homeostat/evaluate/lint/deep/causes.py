@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 from homeostat.domain.plant.description import ControlLoop
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.mended import Restless, inner_of, outer_of, restless, stated_action, with_factors
-from homeostat.evaluate.lint.deep.scaled import broken
+from homeostat.evaluate.lint.deep.scaled import broken, mistyped
 from homeostat.evaluate.lint.deep.sluggish import reset_s, sluggish
 from homeostat.evaluate.lint.deep.ticked import ticked
 from homeostat.evaluate.lint.finding import Finding, Place, Severity, amount
@@ -58,6 +58,10 @@ def causes(bench: Bench) -> Iterator[Finding]:
     if mends:
         yield _finding(bench, found, mends)
         yield from ticked(bench)
+        return
+    typed = list(mistyped(bench)) if found else []
+    if typed:
+        yield from typed
         return
     yield from sluggish(bench)
     yield from ticked(bench)

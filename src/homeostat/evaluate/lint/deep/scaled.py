@@ -36,11 +36,11 @@ def broken(bench: Bench, why: str = "", check: str = "causes") -> Iterator[Findi
     why = (bench.quiet.broke or why).replace("; ", ", ")
     d = bench.plant.description
     begun = f"the fault-free plant breaks: {why}" if bench.quiet.broke else f"the plant breaks: {why}"
-    found = _going_through(bench) if bench.quiet.broke else []
+    _, found = _going_through(bench) if bench.quiet.broke else (0, [])
     if found:
         first, told = found[0]
         others = [bench.places.row("parameters", symbol=symbol) for symbol, _ in found[1:TOLD]]
-        what = f"{begun}; {told}".replace("; ", ", and ")
+        what = f"{begun}, and it does not {told}"
         remedy = f"correct {first}" + (f", or {', or '.join(map(str, others))}" if others else "")
         yield Finding(Severity.ERROR, check, bench.places.row("parameters", symbol=first), what, remedy)
         return
@@ -56,6 +56,20 @@ def broken(bench: Bench, why: str = "", check: str = "causes") -> Iterator[Findi
     yield Finding(Severity.ERROR, check, Place(module_file(bench), None, "kernel"), begun, remedy)
 
 
+def mistyped(bench: Bench) -> Iterator[Finding]:
+    """One finding of a plant whose loops do not hold, where they all do with some time or rate in another unit."""
+    left, found = _going_through(bench)
+    if not found or left:
+        return
+    first, told = found[0]
+    others = [bench.places.row("parameters", symbol=symbol) for symbol, _ in found[1:TOLD]]
+    loops = ", ".join(repr(each.loop.name) for each in restless(bench, bench.quiet))
+    do = "do" if "," in loops else "does"
+    what = f"{loops} {do} not hold at the end of a healthy course, and every loop does {told}"
+    remedy = f"correct {first}" + (f", or {', or '.join(map(str, others))}" if others else "")
+    yield Finding(Severity.ERROR, "causes", bench.places.row("parameters", symbol=first), what, remedy)
+
+
 def scale_s(parameter: ModelParameter) -> float | None:
     """The time that a parameter states, or one through the rate [s]; None where it states neither."""
     per, _, unit = parameter.unit.rpartition("/")
@@ -65,8 +79,8 @@ def scale_s(parameter: ModelParameter) -> float | None:
     return size / abs(parameter.value) if per else size * abs(parameter.value)
 
 
-def _going_through(bench: Bench) -> list[tuple[str, str]]:
-    """Symbols with which the plant does not break once they are changed, and how they are.
+def _going_through(bench: Bench) -> tuple[int, list[tuple[str, str]]]:
+    """Symbols with which the plant does not break once they are changed, how they are, and how many loops do not hold.
 
     Those first with which most loops hold as well: what lets nothing flow breaks nothing either.
     """
@@ -74,10 +88,12 @@ def _going_through(bench: Bench) -> list[tuple[str, str]]:
     for symbols, factor, told in list(_tries(bench))[:MOST]:
         course = with_factors(bench, dict.fromkeys(symbols, factor))
         if not course.broke:
-            found.append((len(restless(bench, course)), symbols[0], f"it does not {told}"))
+            found.append((len(restless(bench, course)), symbols[0], told))
     found.sort(key=lambda each: each[0])
+    if not found:
+        return 0, []
     best = {symbol: told for left, symbol, told in reversed(found) if left == found[0][0]}
-    return list(reversed(best.items()))
+    return found[0][0], list(reversed(best.items()))
 
 
 def _tries(bench: Bench) -> Iterator[tuple[tuple[str, ...], float, str]]:

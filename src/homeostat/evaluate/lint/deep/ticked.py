@@ -22,6 +22,8 @@ from homeostat.twin.history import Window
 
 ANSWERED: Final = 1.2
 """Share of a deviation that a loop may answer within one tick [1]. Of the plants that ship it is up to 1.1."""
+FAR: Final = 10.0
+"""Share from which on no shorter tick is the remedy [1]."""
 NUDGE: Final = 0.01
 """Share of its range by which a command is moved to see what comes of it [1]."""
 
@@ -48,6 +50,8 @@ def ticked(bench: Bench) -> Iterator[Finding]:
         f"whole of it, {', '.join(rows)}, so that they ring and overshoot from tick to tick"
     )
     remedy = f"give [time] a tick_s of at most {0.2 * tick_s / worst:.2g}, or lower the gains that it names"
+    if worst > FAR:
+        remedy = "lower the gains that it names, or correct what the plant makes of them (parameters.csv)"
     yield Finding(Severity.WARNING, "causes", Place(SETTINGS, None, "time, tick_s"), what, remedy)
 
 
