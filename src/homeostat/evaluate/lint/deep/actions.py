@@ -27,16 +27,19 @@ def actions(bench: Bench) -> Iterator[Finding]:
         return
     loops = [e for e in bench.plant.description.loops if not by_hand(bench, e) and not overridden(bench, e)]
     found = {loop.name: finding for loop in loops for finding in _turned(bench, loop)}
-    causes = [name for name in found if len(found) > 1 and _alone(bench, name)]
-    yield from (finding for name, finding in found.items() if not causes or name in causes)
+    left = {name: _left(bench, name) for name in found}
+    causes = [name for name, loops in left.items() if not loops]
+    if not causes:  # several may act the wrong way, and one that would not hold either way has another trouble
+        causes = [name for name, loops in left.items() if len(found) > 1 or name not in loops]
+    yield from (found[name] for name in causes)
 
 
-def _alone(bench: Bench, name: str) -> bool:
-    """Whether every loop holds once this one is turned round, so that others only seem to act the wrong way."""
+def _left(bench: Bench, name: str) -> set[str]:
+    """Which loops do not hold once this one is turned round; it alone where the plant breaks then."""
     loop = next(each for each in bench.plant.description.loops if each.name == name)
     gains = [symbol for symbol in (loop.gain, loop.reset) if symbol in bench.plant.model.parameters]
     course = with_factors(bench, dict.fromkeys(gains, -1.0))
-    return not course.broke and not restless(bench, course)
+    return {name} if course.broke else {each.loop.name for each in restless(bench, course)}
 
 
 def _turned(bench: Bench, loop: ControlLoop) -> Iterator[Finding]:

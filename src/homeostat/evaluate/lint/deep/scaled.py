@@ -15,6 +15,7 @@ from homeostat.domain.plant.parameter import ModelParameter
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.contract import module_file
 from homeostat.evaluate.lint.deep.mended import restless, with_factors
+from homeostat.evaluate.lint.deep.numbers import AT_ONCE
 from homeostat.evaluate.lint.finding import Finding, Place, Severity, amount
 
 MOST: Final = 80
@@ -45,7 +46,9 @@ def broken(bench: Bench, why: str = "", check: str = "causes") -> Iterator[Findi
         yield Finding(Severity.ERROR, check, bench.places.row("parameters", symbol=first), what, remedy)
         return
     tick_s = d.timing.tick_s
-    fast = sorted((s, p.symbol) for p in d.parameters if (s := scale_s(p)) is not None and s < tick_s)[:TOLD]
+    fast = sorted((s, p.symbol) for p in d.parameters if (s := scale_s(p)) is not None and s < _least_s(bench, p))[
+        :TOLD
+    ]
     if fast:
         rows = [f"{bench.places.row('parameters', symbol=symbol)}: {s:.3g} s" for s, symbol in fast]
         what = f"{begun}, and the tables state times that are over within a tick of {tick_s:g} s: {', '.join(rows)}"
@@ -77,6 +80,12 @@ def scale_s(parameter: ModelParameter) -> float | None:
     if size is None or not parameter.value or per not in ("", "1") or (not per and "/" in parameter.unit):
         return None
     return size / abs(parameter.value) if per else size * abs(parameter.value)
+
+
+def _least_s(bench: Bench, parameter: ModelParameter) -> float:
+    """What a time of the tables is not usually shorter than [s]: a tick; an actuator follows its command exactly."""
+    lags = {f"tau_{component.name}" for component in bench.plant.description.components}
+    return bench.plant.description.timing.tick_s * (AT_ONCE if parameter.symbol in lags else 1.0)
 
 
 def _going_through(bench: Bench) -> tuple[int, list[tuple[str, str]]]:
