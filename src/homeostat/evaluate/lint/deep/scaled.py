@@ -20,6 +20,8 @@ from homeostat.evaluate.lint.finding import Finding, Place, Severity, amount
 
 MOST: Final = 80
 """Courses that are tried at most; those that break are short."""
+WHOLE: Final = 40
+"""The same where none breaks."""
 TOLD: Final = 4
 """So many rows are told that could be wrong."""
 _TIMES: Final[Mapping[str, float]] = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
@@ -94,7 +96,7 @@ def _going_through(bench: Bench) -> tuple[int, list[tuple[str, str]]]:
     Those first with which most loops hold as well: what lets nothing flow breaks nothing either.
     """
     found = list[tuple[int, str, str]]()
-    for symbols, factor, told in list(_tries(bench))[:MOST]:
+    for symbols, factor, told in list(_tries(bench))[: MOST if bench.quiet.broke else WHOLE]:
         course = with_factors(bench, dict.fromkeys(symbols, factor))
         if not course.broke:
             found.append((len(restless(bench, course)), symbols[0], told))
