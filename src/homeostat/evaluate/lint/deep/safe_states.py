@@ -31,7 +31,7 @@ LEAST_S: Final = 200.0
 PERIODS: Final = 4.0
 """Multiples of its time for which it is followed whether a strategy helps [1]."""
 MINDS: Final = 0.05
-"""Share of what a limit's margin comes through by which a command has to move it to be a remedy [1]."""
+"""Share of what a limit's margin comes through by which a quicker command has to raise it to be a remedy [1]."""
 ROUND: Final = 1e-9
 _REMEDY: Final = (
     "command more, faster (fallbacks.csv), or state another strategy for the limit, or that more may stay (rest in "
@@ -262,19 +262,17 @@ def _ramps(bench: Bench, asked: _Asked, strategy: FallbackStrategy, course: Cour
 
 
 def _matters(bench: Bench, asked: _Asked, strategy: FallbackStrategy, command: Command, course: Course) -> bool:
-    """Whether the limit goes another way where ``strategy`` does not command this: else its rate is no remedy."""
-    others = tuple(each for each in strategy.actions.commands if each != command)
-    without = replace(strategy.actions, commands=others)
-    if not others:
-        return True
-    bench.told(f"{strategy.name} without {command.tag}")
-    other = _course(bench, asked, without, strategy.serves[asked.limit.name].acts_within_s)
+    """Whether the limit is kept better where ``strategy`` does this at once: else its rate is no remedy."""
+    at_once = tuple(replace(c, rate=None) if c == command else c for c in strategy.actions.commands)
+    bench.told(f"{strategy.name} with {command.tag} at once")
+    actions = replace(strategy.actions, commands=at_once)
+    other = _course(bench, asked, actions, strategy.serves[asked.limit.name].acts_within_s)
     if other.broke:
         return True
-    one, two = (each.margins(asked.limit)[each.after(course.acted_s)] for each in (course, other))
-    length = min(one.size, two.size)
-    apart = float(np.nan_to_num(np.abs(one[:length] - two[:length])).max(initial=0.0))
-    return apart > MINDS * max(float(np.ptp(one[:length])) if length else 0.0, ROUND)
+    now, then = (each.margins(asked.limit)[each.after(course.acted_s)] for each in (course, other))
+    length = min(now.size, then.size)
+    better = float(np.nan_to_num(then[:length] - now[:length]).max(initial=0.0))
+    return better > MINDS * max(float(np.ptp(now[:length])) if length else 0.0, ROUND)
 
 
 _SHORT: Final = "violated"
