@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from homeostat.console.wording import plainly
 from homeostat.domain.events.trips import TripLifted, TripLiftEnded
 from homeostat.domain.plant.rules import TripRule
 from homeostat.domain.plant.timing import Timing
+from homeostat.domain.snapshot import Snapshot
 from tests.guard.test_trips import HOT_BY_BALANCE, RULE, Watch, hot
 
 pytestmark = pytest.mark.quick
@@ -57,6 +59,17 @@ def test_one_that_develops_under_a_correction_that_stands_trips_as_any_other() -
     w.watch.correct(LOW)
     w.judge(hot(307.0))
     assert until_it_trips(w) == 3
+
+
+def test_a_violation_that_no_reading_shows_says_what_the_reading_is_taken_to_be() -> None:
+    w = Watch(ALONE)
+    w.watch.correct(LOW)
+    until_it_trips(w)
+    (told,) = w.watch.judge(w.now_s + 1.0, Snapshot(w.now_s + 1.0, hot(311.0)), "running")
+    assert "; 'T' reads 311 and is taken to be 316 (LIM-HOT)" in told.reason
+    assert "is taken to be" in plainly(told.reason) and "LIM-HOT" in plainly(told.reason)
+    (seen,) = w.watch.judge(w.now_s + 2.0, Snapshot(w.now_s + 2.0, hot(318.0)), "running")
+    assert "taken to be" not in seen.reason, "the reading shows it"
 
 
 def test_a_correction_that_is_repeated_is_not_fresh() -> None:

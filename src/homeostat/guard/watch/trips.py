@@ -236,11 +236,25 @@ class TripWatch:
         found = violation(limit, min(raw, corrected), values)
         unjumped = min(self._unjumped(limit, values), default=math.inf)
         if not unjumped < 0.0 <= min((raw, *self._explained(limit, values))):
-            return found
+            return self._taken(found, limit, raw, values)
         jumped = ", ".join(f"{t!r} by {e:+.4g}" for t, e in self._jumps.errors.items() if t in limit.formula.tags)
         return replace(
             found, reason=f"{found.reason}, if {jumped} has jumped for no reason in the process", jumped=True
         )
+
+    def _taken(self, found: Violation, limit: Limit, raw: float, values: Mapping[str, float]) -> Violation:
+        """``found``, with what its readings are taken to be where an explanation alone says that it is violated."""
+        if not raw >= 0.0:
+            return found
+        margins = {k: corrected_margin(limit.watched, values, errors) for k, errors in enumerate(self._errors)}
+        worst = min((k for k, m in margins.items() if m < 0.0), key=margins.__getitem__, default=None)
+        errors = {} if worst is None else self._errors[worst]
+        taken = [f"{t!r} reads {values[t]:.4g} and is taken to be {values[t] - e:.4g}" for t, e in errors.items()
+                 if e and t in limit.formula.tags]  # fmt: skip
+        if not taken:
+            return found
+        before, name, after = found.reason.rpartition(f" ({limit.name})")
+        return replace(found, reason=f"{before}; {', '.join(taken)}{name}{after}")
 
     def _dispute(
         self, rule: TripRule, watched: _Watched, said: float, corrected: float, dt_s: float, steps: bool
