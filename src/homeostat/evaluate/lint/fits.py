@@ -14,6 +14,7 @@ from homeostat.domain.plant.description import PlantDescription
 from homeostat.evaluate.lint.causes import first_causes, misspelt, pairs
 from homeostat.evaluate.lint.designed import held_beyond, kept_by_hand, opposed_gains
 from homeostat.evaluate.lint.finding import Finding, Place, Severity, split
+from homeostat.evaluate.lint.looped import Looped
 from homeostat.evaluate.lint.own_code import module_of, of_model, written
 from homeostat.evaluate.lint.places import Places
 from homeostat.evaluate.lint.sampled import otherwise_sampled, unjudged
@@ -59,6 +60,13 @@ class _Fitted:
         """The tag that a variable of the model carries; the variable where there is none."""
         return next((s.tag.name for s in self.described.signals if s.variable == variable), variable)
 
+    @property
+    def looped(self) -> Looped | None:
+        """Its loops, in tables and flowsheet; None where its model has no flowsheet."""
+        if not isinstance(self.model, ComposedModel):
+            return None
+        return Looped(self.described, self.model, self.files, self.places, self.module)
+
 
 def fits(folder: Path) -> Iterator[Finding]:
     """Where model, tables and settings of the plant in ``folder`` disagree; its settings and tables are sound."""
@@ -76,6 +84,8 @@ def fits(folder: Path) -> Iterator[Finding]:
         return
     fitted = _Fitted(files, places, described, model, module_of(files, settings.model))
     wrong = first_causes(inconsistencies(described, interface(model, settings.twin.settings.horizon_s)))
+    looped = fitted.looped
+    yield from looped.findings() if looped else ()
     yield from _disagreeing(fitted, wrong)
     yield from _never_there(fitted)
     gains = [*opposed_gains(described, places)]
@@ -85,7 +95,7 @@ def fits(folder: Path) -> Iterator[Finding]:
         if not wrong:
             load_plant(str(folder), learned=False, kept=False)  # what is left: balances, choices of whole routes
     except PlantError as error:
-        if _quoted(str(error)) not in _lacking(wrong):
+        if _quoted(str(error)) not in _lacking(wrong) | (looped.following if looped else frozenset()):
             yield of_setting(str(error))
     except GraphError as error:
         yield of_mistake("consistency", error, places)
@@ -103,10 +113,12 @@ def _disagreeing(fitted: _Fitted, wrong: Sequence[Mistake]) -> Iterator[Finding]
     yield from (_of_unit(fitted, each) for each in units)
     blamed = {fitted.tag(each.cells[0].name) for each in units if each.cells and each.cells[0].reading}
     names = {name for tag in blamed for name in (f"{tag!r}", f"'{tag}.sp'", f"'{tag}.err'")}
+    following = fitted.looped.following if fitted.looped else frozenset[str]()
+    names |= {f"{name!r}" for name in following}
     symbols = (Code.MISSING_PARAMETER, Code.UNKNOWN_PARAMETER)
-    errors = {
-        f"parameter '{error}_{name}'" for name in _lacking(wrong) for error in ("bias", "sd")
-    }  # of those instruments
+    errors = {f"parameter '{error}_{name}'" for name in _lacking(wrong) for error in ("bias", "sd")} | {
+        f"parameter {name!r}" for name in following
+    }  # of those instruments and loops
     yield from _of_symbols(fitted, [each for each in wrong if each.code in symbols and each.thing not in errors])
     for each in wrong:
         if each.code not in symbols and not any(name in each.thing for name in names):
