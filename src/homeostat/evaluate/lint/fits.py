@@ -15,6 +15,7 @@ from homeostat.evaluate.lint.causes import first_causes, misspelt, pairs
 from homeostat.evaluate.lint.designed import held_beyond, kept_by_hand, opposed_gains
 from homeostat.evaluate.lint.finding import Finding, Place, Severity, split
 from homeostat.evaluate.lint.looped import Looped
+from homeostat.evaluate.lint.onset import before_known
 from homeostat.evaluate.lint.own_code import module_of, of_model, written
 from homeostat.evaluate.lint.places import Places
 from homeostat.evaluate.lint.sampled import otherwise_sampled, unjudged
@@ -104,6 +105,7 @@ def fits(folder: Path) -> Iterator[Finding]:
         yield from kept_by_hand(described, places)
         yield from otherwise_sampled(described, model, places)
         yield from unjudged(described, places)
+        yield from before_known(settings)
 
 
 def _disagreeing(fitted: _Fitted, wrong: Sequence[Mistake]) -> Iterator[Finding]:
