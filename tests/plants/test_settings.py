@@ -169,7 +169,8 @@ MISFITS = [
     ("sure = 0.95", "review_s = 30000", "monitoring, review_s: 30000 s must be less than the run's end_s = 6000 s"),
     ("window = [0.0, 12.0]", "window = [0.0, 1e8]", "figure 'Level' has the window 0 to 1e+08 L"),
     ('corrected = ["T1", "L1"]', 'corrected = ["T1", "L2"]', "no variable with an entry in errors 'L2'"),
-    ("V = 0.005", "V = 5000", "twin, initial, V: 5000 must be more than 0 and at most 110"),
+    ("V = 0.005", "V = 5000", "twin, initial, V: 5000 L must be at most 16 L, the widest range of a tag that is"),
+    ("V = 0.005", "V = 0.0", "twin, initial, V: 0 must be more than 0, and finite"),
     ("V = 0.005", "VV = 0.005", "twin, initial: the plant has no state variable 'VV'; did you mean 'V'"),
     (
         "[twin.balances.T]",

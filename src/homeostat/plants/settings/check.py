@@ -1,5 +1,6 @@
 """Do the settings fit the plant? Every tag, variable, state and transition that they name must be there."""
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -11,12 +12,15 @@ from homeostat.plants.error import PlantError
 from homeostat.plants.files.folder import SETTINGS
 from homeostat.plants.settings.settings import Settings
 from homeostat.process.blocks.composed import ComposedModel
+from homeostat.process.blocks.units import Unit, UnitError, read
 from homeostat.process.model import ProcessModel
 from homeostat.stl.spelling import near_matches
 from homeostat.stl.units import in_unit
 
 MOST_NAMES = 12
 """Names of states that a message lists."""
+ROUND = 1e-9
+"""Share by which a converted number may be off."""
 
 
 def refuse_misnamed(name: str, settings: Settings, plant: PlantDescription) -> None:
@@ -47,11 +51,20 @@ def refuse_misfit(name: str, settings: Settings, plant: PlantDescription, model:
         have = f"the plant has no state variable {misnamed!r}{hint}; there are {there}"
         show = f"'homeostat plant show {name} --table model' shows all"
         raise PlantError(f"{check.where}: twin, initial: {have} ({show})")
+    check.deviations(settings, model)
 
 
 def balanced(model: ProcessModel) -> tuple[str, ...]:
     """The states that are integrated, where a flowsheet says which those are, or else all."""
     return tuple(model.flowsheet.states) if isinstance(model, ComposedModel) else model.states
+
+
+def _known_unit(symbol: str) -> Unit | None:
+    """The unit that is written so; None where it is none that can be converted."""
+    try:
+        return read(symbol)
+    except UnitError:
+        return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,13 +128,11 @@ class _Check:
         if both := sorted({*twin.ignored} & {*twin.errors}):
             raise PlantError(f"{self.where}: twin, ignored: {both[0]!r} has an entry in errors; leave out one of them")
         self.known("twin, corrected", "variable with an entry in errors", twin.corrected, twin.errors)
-        widest = max(t.range.span for t in self.plant.tags if t.role is Role.PV)
         for name, deviation in twin.initial.items():
-            if not 0.0 < deviation <= widest:
-                message = (
-                    f"{deviation:.6g} must be more than 0 and at most {widest:.6g}, the widest range of a measured tag"
+            if not 0.0 < deviation < math.inf:
+                raise PlantError(
+                    f"{self.where}: twin, initial, {name}: {deviation:.6g} must be more than 0, and finite"
                 )
-                raise PlantError(f"{self.where}: twin, initial, {name}: {message}")
         for name, (noise, error) in twin.errors.items():
             tag, most = measured[name], measured[name].range.span / 4.0
             if not (most * 1e-6 <= noise <= most and error <= most):
@@ -129,6 +140,25 @@ class _Check:
                 size = f"{noise:.6g}{in_unit(tag.unit)}"
                 message = f"noise {size} must be from {allowed}, and model error {error:.6g} at most that"
                 raise PlantError(f"{self.where}: twin, errors, {name}: {message}")
+
+    def deviations(self, settings: Settings, model: ProcessModel) -> None:
+        """No state deviates by more than what instruments can show of its kind; of others nothing says how much it is.
+
+        Shares, and whatever else has no dimension, are not all of one kind.
+        """
+        states = model.flowsheet.states if isinstance(model, ComposedModel) else {}
+        for name, deviation in settings.twin.initial.items():
+            own = _known_unit(states[name].unit) if name in states else None
+            if own is None or not own.kind:
+                continue
+            shown = [(t, _known_unit(t.unit)) for t in self.plant.tags if t.role is Role.PV]
+            alike = [
+                t.range.span * u.size / own.size for t, u in shown if u and u.kind == own.kind and u.size and own.size
+            ]
+            if alike and deviation > max(alike) * (1.0 + ROUND):
+                unit = in_unit(states[name].unit)
+                message = f"{deviation:.6g}{unit} must be at most {max(alike):.6g}{unit}, the widest range of a tag"
+                raise PlantError(f"{self.where}: twin, initial, {name}: {message} that is measured in such a unit")
 
     def times(self, settings: Settings) -> None:
         """What is waited for comes before the run ends; a stretch that is averaged may be meant never to be full."""
