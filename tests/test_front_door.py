@@ -73,7 +73,7 @@ def test_what_is_saved_verifies_and_is_told_again(
     assert result is not None and result.outcome is run.outcome and result.detected_s == run.detected_s
     assert {"figure.png", "trajectory.parquet", "queries"} <= {path.name for path in folder.iterdir()}
     assert main(["replay", str(folder)]) == 0
-    assert "Recovered: the plant produces inside its limits." in capsys.readouterr().out
+    assert "Recovered: the plant produces inside its hard limits." in capsys.readouterr().out
     with pytest.raises(ValueError, match="is not empty; choose another directory"):
         run.save(folder)
 

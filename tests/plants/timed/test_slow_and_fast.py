@@ -67,7 +67,7 @@ def test_a_fault_is_found_by_name_and_recovered_from(learned: Learned, tmp_path:
     given += ["--end", f"{(ONSET + 600) * tick_s:g}"]
     told = homeostat(*given, "--thinking-declared", "1", cwd=tmp_path)
     assert told.status == 0, told.err
-    assert "Recovered: the plant produces inside its limits." in told.out
+    assert "Recovered: the plant produces inside its hard limits." in told.out
     result = json.loads((out / "result.json").read_text("utf-8"))
     assert result["onset_s"] == ONSET * tick_s
     assert 0.0 < (result["detected_s"] - result["onset_s"]) / tick_s < 100.0

@@ -21,7 +21,7 @@ HEADLINES: Final = {
     Outcome.FALLBACK: "Fallback: the plant is in its safe state, and the operator must act.",
     Outcome.NOT_DETECTED: "Not detected: a fault violated a limit and nothing was detected.",
     Outcome.NEEDLESS_ACTION: "Needless action: left alone, the plant keeps its limits and costs no more.",
-    Outcome.RECOVERED: "Recovered: the plant produces inside its limits.",
+    Outcome.RECOVERED: "Recovered: the plant produces inside its hard limits.",
     Outcome.NO_ACTION: "No action: nothing was released.",
     Outcome.HELD: "Held: the plant is safe, but at the end it produces next to nothing.",
 }
@@ -45,7 +45,7 @@ def summary(result: Result, story: Story, plant: PlantDescription, run_dir: Path
         yield _row("Why", reason)
     for remark in story.record.remarks:
         yield _row("Remark", _remarked(remark))
-    yield _row("Limits", _outside(result))
+    yield _row("Limits", _outside(result, plant))
     if result.production_loss is not None:
         since = "the onset" if result.onset_s is not None else "the start"
         yield _row("Production", f"{_lost(result.production_loss)} since {since}")
@@ -158,9 +158,11 @@ def _alone(cost: Cost, currency: str, plant: PlantDescription) -> str:
     return f"{_cost(cost, currency)}; {kept}"
 
 
-def _outside(result: Result) -> str:
+def _outside(result: Result, plant: PlantDescription) -> str:
+    hard = {limit.name for limit in plant.limits.hard}
     parts = [
-        f"{e.limit} violated for {e.total_s:g} s, {e.from_detection_s:g} s of them after the fault was detected"
+        f"{e.limit}{'' if e.limit in hard else ', which is not hard,'} violated for {e.total_s:g} s, "
+        f"{e.from_detection_s:g} s of them after the fault was detected"
         for e in result.limit_exposure_s
         if e.total_s > 0.0
     ]
