@@ -44,7 +44,7 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     text = (
         settings.read_text("utf-8")
         .replace("end_s = 4000.0", "end_s = 1000.0")
-        .replace("onset_s = 1500.0", "onset_s = 900.0")
+        .replace("onset_s = 1500.0", "onset_s = 990.0")
     )
     settings.write_text(text, "utf-8")
     (folder / BASELINES).write_bytes(learned(load_plant(str(folder), learned=False)))

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from homeostat.domain.plant.description import ControlLoop, PlantDescription
+from homeostat.domain.plant.description import ControlLoop, PlantDescription, Relation
 from homeostat.evaluate.lint.finding import Finding, Severity
 from homeostat.evaluate.lint.own_code import written
 from homeostat.evaluate.lint.places import Places
@@ -42,8 +42,9 @@ class Looped:
     def following(self) -> frozenset[str]:
         """Tags and symbols that the model lacks, or does not need, only because of what is found here."""
         found = set[str]()
+        reported = [s for s in self.plant.signals if s.relation is Relation.REPORTS]
         for loop in (*self._otherwise_read, *self._nowhere):
-            found |= {loop.setpoint, f"{loop.process_variable}.err"}
+            found |= {loop.setpoint, *(s.tag.name for s in reported if s.component == loop.controller)}
         for loop in self._nowhere:
             manual = [tag for tag, command in self.plant.overridden.items() if command in self._stated(loop)]
             found |= {loop.gain, loop.reset, *manual}
