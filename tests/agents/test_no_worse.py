@@ -43,8 +43,8 @@ def test_it_is_compared_member_by_member() -> None:
     assert approved(hot(ACTIONS, (1, 0)), hot(DRAIN.actions, (1, 0), (2, 0)))
 
 
-@pytest.mark.parametrize(("kelvin", "expected"), [(313.5, True), (314.09, True), (314.11, False)])
-def test_what_is_left_either_way_may_be_left_by_a_tenth_of_a_scale_more(kelvin: float, expected: bool) -> None:
+@pytest.mark.parametrize(("kelvin", "expected"), [(313.5, True), (314.19, True), (314.21, False)])
+def test_what_is_left_either_way_may_be_left_by_a_fifth_of_a_scale_more(kelvin: float, expected: bool) -> None:
     assert approved(hot(ACTIONS, (1, 0), kelvin=kelvin), hot(DRAIN.actions, (1, 0))) is expected
 
 

@@ -55,6 +55,31 @@ def test_who_arms_again_does_not_put_it_off(by_s: tuple[float | None, ...], stan
     assert all(seen.act_by_s is None for seen in world.seen if seen.latched), "it ends where the fallback acts"
 
 
+@pytest.mark.parametrize(("anew_s", "stands_s"), [(30.0, 30.0), (12.0, 12.0), (None, None)])
+def test_a_wait_that_is_over_says_anew_how_long_there_is(anew_s: float | None, stands_s: float | None) -> None:
+    world = armed(20.0)
+    world.guard.mailbox.put(Arm(("drain",), anew_s, anew=True))
+    world.tick(30)
+    assert named_s(world) == [20.0, stands_s]
+    assert acted_s(world) == [] if stands_s is None else acted_s(world) == [stands_s]
+
+
+@pytest.mark.parametrize("anew", ["yes", 1, None])
+def test_only_who_says_so_puts_it_off(anew: object) -> None:
+    world = armed(20.0)
+    world.guard.mailbox.put(Arm(("drain",), 30.0, anew=anew))  # type: ignore[arg-type]
+    world.tick(20)
+    assert acted_s(world) == [20.0]
+
+
+def test_a_time_that_has_come_is_not_put_off() -> None:
+    world = armed(8.0)
+    world.tick(2)
+    world.guard.mailbox.put(Arm(("drain",), 60.0, anew=True))
+    world.tick(3)
+    assert acted_s(world) == [8.0]
+
+
 def test_the_ranking_is_the_last_one_whatever_the_time() -> None:
     world = armed(20.0)
     world.guard.mailbox.put(Arm(("close",), 30.0))

@@ -18,7 +18,7 @@ from homeostat.domain.plant.prices import Price
 from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, diagnosis
-from tests.recovery.desk import AT_ONCE, DEAR, DOOMED, FINE, SOFT, Recovery, Watching, ticks
+from tests.recovery.desk import AT_ONCE, DEAR, DOOMED, FINE, SOFT, Recovery, Watching, ticks, watching
 from tests.recovery.line import GOOD
 
 QUICK = Bounds(intervention=InterventionBounds(answer_s=5.0))
@@ -65,7 +65,8 @@ PASSING = frozenset({"runaway"})
 
 def with_an_answer(last: int, passing: frozenset[str] = PASSING, **more: Any) -> Recovery:
     """A line that must not be left alone, and whose proposer knows what helps: half the feed, for half the product."""
-    return Recovery(ticks(1, last, DOOMED), action=ScriptedAction(GOOD, GOOD), bounds=QUICK, passing=passing, **more)
+    made = {"bounds": QUICK, **more}
+    return Recovery(ticks(1, last, DOOMED), action=ScriptedAction(GOOD, GOOD), passing=passing, **made)
 
 
 def test_what_need_not_last_is_waited_for_before_something_dear_is_released() -> None:
@@ -76,8 +77,23 @@ def test_what_need_not_last_is_waited_for_before_something_dear_is_released() ->
 
 
 def test_what_is_still_there_after_as_many_waits_as_there_may_be_is_answered() -> None:
-    done = with_an_answer(150).run()
+    bounds = Bounds(intervention=InterventionBounds(answer_s=5.0, waits=3))
+    done = with_an_answer(150, bounds=bounds).run()
     assert done.when(Waited) == [10.0, 55.0, 100.0] and done.released == [145.0] and done.handed_over == []
+
+
+def test_a_wait_that_news_have_cut_short_was_no_wait() -> None:
+    bounds = Bounds(intervention=InterventionBounds(answer_s=5.0, waits=1))
+    done = with_an_answer(80, bounds=bounds, monitoring=watching(10.0, 15.0, 20.0)).run()
+    assert done.when(Waited) == [10.0, 15.0, 20.0] and done.released == [65.0], "the third one lasts, and is the last"
+
+
+def test_what_a_wait_has_shown_says_how_long_there_is_now() -> None:
+    """What is known while it goes on only comes nearer; once it is over, what the twin says then takes its place."""
+    done = at_a_loss(DOOMED, 60, QUICK, GOOD).run()
+    assert [(a.act_by_s, a.anew) for a in done.armed] == [(84.0, False), (129.0, True)]
+    cut = with_an_answer(20, monitoring=watching(10.0, 15.0)).run()
+    assert [a.anew for a in cut.armed] == [False, False]
 
 
 @pytest.mark.parametrize(("passing", "rows"), [(frozenset[str](), ()), (PASSING, DEAR)])

@@ -3,12 +3,11 @@
 A limit that is violated at once under some explanation, whatever is done, forbids every release, and the fallback that
 acts instead violates it as well. Member by member, both having the same draws, a release is as safe as falling back
 
-    where the fallback keeps a limit   if it keeps it, too
-    where it does not                  if it is left by no more than SLACK scales more, and no more than as long again,
-                                       from LONGER_TICKS to MOST_LONGER
+    if no limit is left by more than SLACK scales more than with the fallback, which may just keep it,
+    and for no more than as long again, from LONGER_TICKS to MOST_LONGER
 
-Hand check: 11.20 L at once with a brim of 11 L, and 8.9 L after a minute with either: as safe. 10.9 L with the
-fallback, 11.01 L with the release: refused.
+Hand check, 0.2 L being a scale: 11.20 L at once with a brim of 11 L, and 8.9 L after a minute with either: as safe.
+10.99 L with the fallback, 11.02 L with the release: as safe. 10.9 L and 11.01 L: refused.
 """
 
 import math
@@ -28,9 +27,9 @@ MOST_LONGER = 30.0
 """Ticks by which time outside a hard limit may be longer at most, where the fallback needs that long itself."""
 Floats: TypeAlias = NDArray[np.float64]
 """Margins, by member, or by member and time."""
-SLACK = 0.1
-"""By how many scales of its unit more a limit may be left that the fallback leaves as well [1]: it takes effect some
-seconds sooner or later."""
+SLACK = 0.2
+"""By how many scales of its unit more a limit may be left than with the fallback [1]: a fallback moves everything at
+once, and what is released at the rates of the tables. Nobody reads the difference on an instrument."""
 
 
 def comparable(verdict: Verdict, limits: Limits) -> bool:
@@ -81,8 +80,8 @@ def worse(
 
 
 def _less(mine: Floats, its: Floats, slack: float) -> Flags:
-    """Where a margin is violated that the other one keeps, or by more than ``slack`` more than the other one."""
-    return np.asarray((mine < 0.0) & (mine < np.where(its >= 0.0, 0.0, its - slack)))
+    """Where a margin is violated, and by more than ``slack`` less than the other one."""
+    return np.asarray((mine < 0.0) & (mine < its - slack))
 
 
 def _known(margins: Floats) -> Floats:

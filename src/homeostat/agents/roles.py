@@ -73,7 +73,7 @@ class Situation:
     optional: bool = False
     """Whether nothing need be done: what cannot cost less than doing nothing is not worth a proposal."""
     act_by_s: float | None = None
-    """Process time by which something must be done; None where no limit is violated without it [s]."""
+    """Process time by which something must be done, or the guard falls back; None for no such time [s]."""
     fallback: FallbackStrategy | None = None
     """What acts where nothing else may be done; None where that is not known."""
     tests: tuple[Probe, ...] = ()

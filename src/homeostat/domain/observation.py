@@ -56,8 +56,9 @@ class Withdraw:
 class Arm:
     """A ranking of the fallbacks, and perhaps a time by which recovery must have acted.
 
-    Where such a time stands already the earlier one counts. What ends it: a request that the plant was read to hold, a
-    fallback that acts, the alarm in its place where nobody writes, and :class:`NoAction`. Thinking again does not.
+    Where such a time stands already the earlier one counts, unless this is said ``anew``. What ends it: a request that
+    the plant was read to hold, a fallback that acts, the alarm in its place where nobody writes, and
+    :class:`NoAction`. Thinking again does not.
     """
 
     strategies: tuple[str, ...]
@@ -66,6 +67,8 @@ class Arm:
     """Process time at which the first strategy acts unless the guard hears of something better [s]; None: not named."""
     tried: bool = True
     """Whether the strategies were tried on a twin; else one that serves a limit that trips goes before the first."""
+    anew: bool = False
+    """Whether this time takes the place of one that stands: a wait that was as safe as falling back is over."""
 
 
 @dataclass(frozen=True, slots=True)

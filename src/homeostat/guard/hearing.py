@@ -57,7 +57,10 @@ class Hearing:
         raise ValueError(f"nobody knows what {type(message).__name__!r} asks for")
 
     def _arm(self, message: Arm, readings: Snapshot | None, now_s: float) -> None:
-        """Rank the fallbacks, and take note of a time by which recovery must have acted, which only comes nearer."""
+        """Rank the fallbacks, and take note of a time by which recovery must have acted.
+
+        It only comes nearer, unless a wait is over and it is said ``anew``.
+        """
         if self._latch.reason is not None:
             return  # one is acting already, in the order in which they were ranked
         by_s = message.act_by_s
@@ -70,4 +73,4 @@ class Hearing:
             self._parts.alarms.say("arming", line, Priority.MEDIUM, now_s)
         if message.tried is not True:
             self._latch.fallbacks.armed = ""
-        self._time.arm(by_s, now_s)
+        self._time.arm(by_s, now_s, anew=message.anew is True)

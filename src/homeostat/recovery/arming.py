@@ -47,7 +47,7 @@ class TimeLeft:
     """The time that is left, as the guard was told."""
 
     act_by_s: float | None
-    """Process time by which something must be done; None where no limit is violated without it [s]."""
+    """Process time by which something must be done, or the guard falls back; None for no such time [s]."""
     left_s: float
     """What is left for thinking [s]."""
     fallback: ValidatedFallback | None = None
@@ -101,20 +101,22 @@ class Arming:
         """``rules`` hold the strategies in table order."""
         self._scene, self._simulation, self._rules, self._budget = scene, simulation, rules, budget
 
-    async def arm(self, diagnosis: Diagnosis, idle: Rollout) -> TimeLeft:
+    async def arm(self, diagnosis: Diagnosis, idle: Rollout, anew: bool = False) -> TimeLeft:
         """Arm the best fallback under ``diagnosis``, by the time that ``idle`` leaves.
 
         Where the rollouts are late, those that serve what is in danger come first, else the order of the tables counts,
         and the guard takes one that serves a limit which trips before either. A time to act by that stands in the
-        guard bounds the thinking as well: thinking again does not put it off.
+        guard bounds the thinking as well: thinking again does not put it off. A wait that is over does, as it was as
+        safe as falling back: ``anew``, what its readings say counts alone.
         """
         scene, budget, limits = self._scene, self._budget, self._rules.limits
-        standing_s = scene.now.act_by_s
+        standing_s = None if anew else scene.now.act_by_s
         scene.send(Correction(self._simulation.instrument_errors(diagnosis)))
         until_s = math.inf if standing_s is None else standing_s - scene.seen_s
         left_s = deadline_s(idle, limits, budget.latency_s, budget.reserve_s, until_s)
         danger = endangered(idle, limits)
-        armed = TimeLeft(act_by_s(idle, limits, scene.seen_s, budget.reserve_s), left_s)
+        named_s = act_by_s(idle, limits, scene.seen_s, budget.reserve_s)
+        armed = TimeLeft(min((t for t in (named_s, standing_s) if t is not None), default=None), left_s)
         try:
             ranked = await scene.within("arming the fallback", budget.arming_s, self._ranked(diagnosis, danger))
         except TimeoutError as late:
@@ -122,9 +124,9 @@ class Arming:
             served = [name for name in danger if name in first.serves]
             why = f"it is to bring {served[0]} back" if served else "as in the tables"
             scene.alarm("arming", f"{late}; {first.name!r} acts first, {why}")
-            scene.send(Arm((first.name, *(s.name for s in others)), armed.act_by_s, tried=False))
+            scene.send(Arm((first.name, *(s.name for s in others)), named_s, tried=False, anew=anew))
             return armed
-        scene.send(Arm(tuple(v.strategy.name for v in ranked), armed.act_by_s))
+        scene.send(Arm(tuple(v.strategy.name for v in ranked), named_s, anew=anew))
         best = ranked[0]
         approved = isinstance(best.verdict, Approve)
         scene.record(FallbackArmed(best.strategy.name, approved, best.findings, left_s))

@@ -221,8 +221,7 @@ class Judging:
 
     def _left_s(self, situation: Situation) -> float:
         """Time until the guard falls back by itself; infinite where it does not [s]."""
-        named = [t for t in (situation.act_by_s, self._scene.now.act_by_s) if t is not None]
-        return min(named, default=math.inf) - self._scene.seen_s
+        return (math.inf if situation.act_by_s is None else situation.act_by_s) - self._scene.seen_s
 
     async def _no_time(self, situation: Situation, seconds: float, answer_s: float = math.inf) -> Finding | None:
         """Why it may not be waited so long, whatever follows; None where it may.

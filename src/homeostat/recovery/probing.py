@@ -24,6 +24,7 @@ from homeostat.recovery.progress import ProgressMonitor
 from homeostat.recovery.release_check import Check
 from homeostat.recovery.releasing import Overtaken, Refused, Releasing, Taken, Withdrawn
 from homeostat.recovery.scene import Scene
+from homeostat.recovery.waits import Ended
 from homeostat.twin.twin import Interruption
 
 PROPOSER = "search"
@@ -74,17 +75,18 @@ class Probes:
         """A fallback acts: nobody learns anything from the probe any more."""
         self._under_way = None
 
-    def end(self, diagnosis: Diagnosis) -> bool:
-        """Say what came of the probe that is under way, if any; whether it moved the plant."""
+    def end(self, diagnosis: Diagnosis) -> Ended:
+        """Say what came of the probe that is under way, if any, and whether it was a wait or has moved the plant."""
         if not diagnosis.faulty:
             self._begun = []
         if self._under_way is None:
-            return False
-        probe, self._under_way = self._under_way.probe, None
+            return Ended()
+        (probe, until_s), self._under_way = (self._under_way.probe, self._under_way.until_s), None
         best = by_fault_set(counted(diagnosis))[:1]
         name, probability = (best[0].name, best[0].probability) if best else ("none", 1.0)
         self._scene.record(ProbeEnded(probe.apart, name, probability, probability >= CERTAIN))
-        return probe.path is not None
+        moved = probe.path is not None
+        return Ended(waited=True, held=moved, whole=not moved and self._scene.seen_s >= until_s)
 
     async def begin(self, situation: Situation, idle: Rollout, began: float) -> Resolution | None:
         """What was begun; None where nothing is worth it, safe and in time, or it was refused.

@@ -96,11 +96,11 @@ class RecoveryLoop:
                 scene.record(FaultsEnded(diagnosis.ended, diagnosis.ended_s))
                 self._proposals.passed(diagnosis.ended)
             self._memory = self._agenda.after_diagnosis(self._memory, diagnosis, scene)
-            waited, held = self._waits.end(diagnosis)
-            probed = self._probes.end(diagnosis) or held
-            due = probed or waited or diagnosis.ended_s is not None or self._is_asked_for()
+            over = self._waits.end(diagnosis), self._probes.end(diagnosis)
+            probed, waited = any(e.held for e in over), any(e.whole for e in over)
+            due = any(e.waited for e in over) or diagnosis.ended_s is not None or self._is_asked_for()
             if diagnosis.symptoms or diagnosis.faulty or deviates or due or scene.now.act_by_s is not None:
-                outcome = await self.recover(diagnosis, deviates, probed)
+                outcome = await self.recover(diagnosis, deviates, probed, waited)
                 if isinstance(outcome, FallbackNeeded):
                     return  # until the fallback has acted it may still be overtaken
                 if diagnosis.faulty or ((deviates or diagnosis.symptoms) and isinstance(outcome, Released)):
@@ -120,18 +120,20 @@ class RecoveryLoop:
         memory, scene = self._memory, self._scene
         return self._agenda.step_is_due(memory, scene) or self._agenda.way_back_is_due(memory, scene)
 
-    async def recover(self, diagnosis: Diagnosis, deviates: bool, probed: bool = False) -> Resolution:
+    async def recover(
+        self, diagnosis: Diagnosis, deviates: bool, probed: bool = False, waited: bool = False
+    ) -> Resolution:
         """Release a validated action set within the time that physics leaves, leave the plant alone, or fall back.
 
         ``probed``: the plant stands where a test move or a hold has brought it, which is nowhere to stay without a
-        reason.
+        reason; ``waited``: it is looked at because a wait is over, so that the time that is left is known anew.
         """
         began, scene, agenda = asyncio.get_running_loop().time(), self._scene, self._agenda
         try:
             idle = await self._prospect.without_action(diagnosis)
         except TimeoutError as late:
             return await fall_back(scene, str(late))
-        armed = await self._arming.arm(diagnosis, idle)
+        armed = await self._arming.arm(diagnosis, idle, anew=waited)
         verdict = self._prospect.judge(idle)
         look = self._policy.look(scene.now, diagnosis, idle, verdict)
         if due := agenda.step_is_due(self._memory, scene):

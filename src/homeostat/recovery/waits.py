@@ -1,5 +1,7 @@
 """Waits: when a plant is looked at again that is left alone, or has got something, for a while only."""
 
+from dataclasses import dataclass
+
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import Waited
 from homeostat.domain.verdict import NoActionNeeded
@@ -7,8 +9,23 @@ from homeostat.recovery.choices import Waiting
 from homeostat.recovery.scene import Scene
 
 
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """What was under way when the plant was looked at."""
+
+    waited: bool = False
+    """Whether a wait or a hold was."""
+    held: bool = False
+    """Whether it was a hold."""
+    whole: bool = False
+    """Whether it was a wait that lasted as long as was said: the plant was as safe in it as with a fallback."""
+
+
 class Waits:
-    """Knows the one wait or hold that is under way, and how often it was waited until nothing is wrong any more."""
+    """Knows the one wait or hold that is under way, and how often it was waited until nothing is wrong any more.
+
+    A wait that news have cut short is not counted: it was no time.
+    """
 
     def __init__(self, scene: Scene, most: int) -> None:
         """``most``: waits before something else is to be done."""
@@ -30,12 +47,18 @@ class Waits:
         """A fallback acts: nobody waits any more."""
         self._until_s = None
 
-    def end(self, diagnosis: Diagnosis) -> tuple[bool, bool]:
-        """The plant is looked at: whether a wait or hold was under way, and whether it was a hold."""
+    def end(self, diagnosis: Diagnosis) -> Ended:
+        """The plant is looked at: what was under way."""
+        if self._until_s is None:
+            ended = Ended()
+        else:
+            whole = not self._held and self._scene.seen_s >= self._until_s
+            ended = Ended(waited=True, held=self._held, whole=whole)
+            self._count -= 0 if whole or self._held else 1
+            self._until_s = None
         if not diagnosis.faulty:
             self._count = 0
-        under_way, self._until_s = self._until_s is not None, None
-        return under_way, under_way and self._held
+        return ended
 
     def wait(self, found: Waiting) -> NoActionNeeded:
         """Leave the plant alone for a while; the armed fallback and the time to act by stay."""

@@ -6,9 +6,11 @@ import functools
 
 import pytest
 
+from homeostat.agents.probing.moves import moves
 from homeostat.domain.diagnosis import FaultProbability, by_fault_set, with_a_twin
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import Diagnosed, Probed, ProbeEnded
+from homeostat.domain.recovery import RecoveryPath
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import departing, scenario
@@ -44,6 +46,16 @@ def likeliest(event: Diagnosed) -> FaultProbability:
 
 def states(trace: MemoryTrace) -> list[str]:
     return [event.state for event in trace.of(StateEntered)]
+
+
+def test_no_test_leads_where_the_batch_may_end() -> None:
+    """From where it is held the way on is refused as long as it is not known that the batch can be completed."""
+    description = module().description
+    machine, values = description.machine, dict.fromkeys(description.tags_by_name, 0.0)
+    ways = [RecoveryPath(machine, p) for p in machine.paths("emptying_B201", values, machine.recovery_event, ())]
+    assert {"held", "complete"} <= {way.target for way in ways}
+    tried = [move.path for move in moves(ways, description.tags_by_name, values)]
+    assert tried and {way.target for way in tried if way is not None} == {"complete"}
 
 
 def told_apart(fault: str, severity: float, seed: int, mismatch: str = "none") -> Run:

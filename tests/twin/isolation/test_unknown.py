@@ -66,6 +66,16 @@ def test_the_item_of_an_unknown_change_is_among_what_is_accused(disturbance: str
     assert max((p for name, p in items.items() if name not in (item, "")), default=0.0) < 0.9, "no wrong name"
 
 
+@pytest.mark.parametrize(("actuator", "slower_s"), [("V1", 25.0), ("V1", 40.0), ("P1", 20.0)])
+def test_an_actuator_that_takes_many_times_as_long_is_named_with_its_time(actuator: str, slower_s: float) -> None:
+    """Its usual time is 3 s: what a linear pass says of ten times as much is far from it."""
+    found = explained(f"{actuator} slow {slower_s:g}", 240)
+    name = f"unknown_{actuator}_tau_{actuator}"
+    assert sum(h.probability for h in found if h.name == name) >= 0.9, found[0]
+    assert found[0].faults[0].severity == pytest.approx(slower_s, rel=0.4)
+    assert found[0].faults[0].onset_s == pytest.approx(ONSET_S, abs=8.0)
+
+
 def test_the_size_of_an_unknown_loss_of_heat_is_in_its_interval() -> None:
     """Six times the loss to the ambient, 5 x 50 W/K x 10 K, are 2.5 kW; less as the reactor cools."""
     sizes = [h.faults[0].severity for h in explained("UA_ambient * 6", 60) if h.name == "unknown_heat_R1"]

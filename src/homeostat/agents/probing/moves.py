@@ -37,12 +37,13 @@ BETWEEN = 0.01
 def moves(paths: Sequence[RecoveryPath], tags: Mapping[str, Tag], values: Mapping[str, float]) -> Iterator[Move]:
     """Every move along ``paths`` from the present ``values``.
 
-    A step is small where the state that it is taken in could be entered without any other change.
+    A step is small where the state that it is taken in could be entered without any other change. A way with
+    later steps is tried only where it ends as a batch does by itself: from elsewhere there may be no way on.
     """
     been: set[str] = set()
     for path in paths:
         if path.awaited:
-            if path.decisions:
+            if path.decisions and path.target in path.machine.ordinary:
                 actions = ActionSet.along(path, lambda state: design_commands(state, tags))
                 yield Move(actions, path, CHANGE, RISK * _risk_added(path))
             continue

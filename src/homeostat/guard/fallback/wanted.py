@@ -62,9 +62,13 @@ class TimeToAct:
         """Go on after a death: ``by_s`` is what the journal says last [s]."""
         self.by_s = by_s
 
-    def arm(self, by_s: float | None, now_s: float) -> None:
-        """Recovery has ranked the fallbacks, and must have acted by ``by_s`` or by a time that stood before [s]."""
-        self._set(min((t for t in (by_s, self.by_s) if t is not None), default=None), now_s)
+    def arm(self, by_s: float | None, now_s: float, anew: bool = False) -> None:
+        """Recovery has ranked the fallbacks, and must have acted by ``by_s`` or by a time that stood before [s].
+
+        ``anew``: a time that stood before counts no more, unless it has come already.
+        """
+        standing_s = None if anew and not self.has_passed(now_s) else self.by_s
+        self._set(min((t for t in (by_s, standing_s) if t is not None), default=None), now_s)
 
     def end(self, now_s: float) -> None:
         """Nothing need act by itself any more, for a reason that no other event tells a restart."""

@@ -27,6 +27,9 @@ SIZES = (0.6, 0.75, 0.87, 0.94, 1.0, 1.06, 1.15, 1.35, 1.7)
 """Sizes that are replayed, as multiples of the linear estimate [1]."""
 LEADERS = 5
 """Disturbances that are replayed at sizes and onsets between those, because a coarse size costs many nats."""
+CLIMB, CLIMBS = 1.5, 8
+"""Factor by which a change of a parameter is larger or smaller while that explains more, and how often at most: an
+actuator that takes ten times as long is far from what a linear pass says of it [1]."""
 FINER = (((-8, -4, -2, -1, 0, 1, 2, 4, 8), 0.06), ((-1, 0, 1), 0.02), ((0,), 0.007))
 """Ticks and share of its size by which each of them is moved, again and again."""
 NEARBY = (-16, -8, -3, 0, 3, 8, 16)
@@ -87,7 +90,7 @@ class Estimation:
         found.sort(key=lambda each: -each.score)
         found = [self._refined(each) for each in found[:POLISHED] if each.size != 0.0]
         polished = sorted(self._polished([*found, *self._gross(since_s)]), key=lambda e: -e.score)
-        settled = self._narrowed(self._settled(polished[:LEADERS]))
+        settled = self._narrowed(self._settled(self._climbed(polished[:LEADERS])))
         return sorted([*settled, *polished], key=lambda e: -e.score)
 
     def _of_group(self, effect: Effect, group: Sequence[FaultMode]) -> Iterator[_Linear]:
@@ -185,11 +188,31 @@ class Estimation:
             for mode, sizes, rows in tried
         ]
 
+    def _climbed(self, leaders: Sequence[Estimate]) -> list[Estimate]:
+        """``leaders`` with parameters that differ by more, or by less, as long as that explains more."""
+        found, climbing = list(leaders), [k for k, each in enumerate(leaders) if self._is_of_parameter(each)]
+        for _ in range(CLIMBS):
+            tried = [self._around(found[k], (-3, 0, 3), (1.0 / CLIMB, CLIMB)) for k in climbing]
+            higher = []
+            for k, (mode, sizes, rows), scores in zip(climbing, tried, self._scores(tried), strict=True):
+                best = int(np.argmax(scores))
+                if scores[best] > found[k].score:
+                    size = float(sizes[best])
+                    state = self._as_state(mode, size, int(rows[best]))
+                    found[k] = Estimate(state, max(found[k].sd, 0.25 * abs(size)), float(scores[best]))
+                    higher.append(k)
+            climbing = higher
+        return found
+
+    def _is_of_parameter(self, each: Estimate) -> bool:
+        effect = self._evidence.carrier.modes[each.state.fault].effect
+        return effect is not None and effect.kind is EffectKind.PARAMETER
+
     def _settled(self, leaders: Sequence[Estimate]) -> list[Estimate]:
         """``leaders`` at sizes and onsets that lie closer and closer together."""
         found = list(leaders)
         for ticks, share in FINER if found else ():
-            tried = [self._around(each, ticks, share) for each in found]
+            tried = [self._around(each, ticks, (1.0 - share, 1.0, 1.0 + share)) for each in found]
             for k, ((_, sizes, rows), scores) in enumerate(zip(tried, self._scores(tried), strict=True)):
                 best = int(np.argmax(scores))
                 if scores[best] > found[k].score:
@@ -221,11 +244,11 @@ class Estimation:
         mode = self._evidence.carrier.modes[each.state.fault]
         return mode, self._evidence.window.row(each.state.onset_s)
 
-    def _around(self, each: Estimate, ticks: Sequence[int], share: float) -> tuple[FaultMode, Vec, Indices]:
+    def _around(self, each: Estimate, ticks: Sequence[int], factors: Sequence[float]) -> tuple[FaultMode, Vec, Indices]:
         mode, row = self._mode_and_row(each)
         rows = np.unique(np.clip([row + s for s in ticks], FIRST_ROW, self._evidence.shape[0] - 1))
         signed = each.state.severity * (_sign(mode) or 1.0)
-        sizes = signed * np.array([1.0 - share, 1.0, 1.0 + share])
+        sizes = signed * np.array(factors)
         return mode, np.tile(sizes, len(rows)), np.repeat(rows, len(sizes))
 
     def _as_state(self, mode: FaultMode, size: float, row: int) -> FaultState:
