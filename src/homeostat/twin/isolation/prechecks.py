@@ -20,6 +20,7 @@ from homeostat.process.model import ProcessModel
 from homeostat.process.types import Cube, Flags, Indices, Table, Vec
 from homeostat.twin.calibration import prior
 from homeostat.twin.history import Window
+from homeostat.twin.isolation.scatter import against_usual
 from homeostat.twin.isolation.setpoints import as_followed, followed
 
 EQUAL: Final = 4
@@ -37,10 +38,7 @@ _CHANCE = 1e-9  # of a flat line by luck: thirty instruments have 2.6 million re
 _COARSE = 0.5  # share of equal neighbours from which an instrument's resolution hides its noise
 _REST = 0.02  # share of the span below which what is measured may be at rest, and so may the reading
 _NEAR = 0.1  # share of the span that a reading may be from the model's where noise is relative
-_KEPT = 0.8  # share of second differences that count: the largest are outliers, steps and kinks of ramps
-_USUAL = (0.4, 9.0)  # mean square scatter of an instrument against the model's: correlated noise has 0.5
 _PROCESS = 2.0  # mean square scatter against that of the stated noise from which it is the process's
-_COMMANDED = 1.5  # how much of the scatter that follows from commands is taken off: lags are known to some 10 %
 _MEMBERS = 8  # the model without noise, and how often it is asked for noise
 _FAR = 0.3  # departure as a share of the range that no saturation explains
 _IDLE = 0.25  # share of ticks without a move from which a controller works more slowly than it is looked at
@@ -263,31 +261,13 @@ def _noise_ratio(
     healthy, present = (part & good for part in parts)
     if np.count_nonzero(present) < SAMPLES:
         return 0.0
-    factor = 1.0
-    if np.count_nonzero(healthy) >= LOOKED_AT:
-        commanded, noise = _scatters(alike[:, healthy])
-        if noise > commanded / 2.0:
-            factor = float(np.clip((_scatter(own[:, healthy]) - commanded) / noise, *_USUAL))
-    commanded, noise = _scatters(alike[:, present])
-    left = max(_scatter(own[:, present]) - _COMMANDED * commanded, 0.0)
-    return math.sqrt(left / (factor * noise)) if noise > 0.0 else 0.0
+    return against_usual(own, alike, healthy, present)
 
 
 def _is_relative(signal: Signal, description: PlantDescription) -> bool:
     """Whether the tables state an instrument's errors as a share of its reading."""
     own = (p.unit for p in description.parameters if p.component == signal.component)
     return signal.tag.unit != "1" and "1" in own
-
-
-def _scatters(alike: Table) -> tuple[float, float]:
-    """Of the model's second differences, of which the first row is without noise: by commands alone, by noise alone."""
-    return _scatter(alike[:1]), _scatter(alike[1:] - alike[:1])
-
-
-def _scatter(second: Table) -> float:
-    """Mean square of all but the largest second differences of each row."""
-    sizes = np.sort(np.abs(second), axis=1)[:, : int(_KEPT * second.shape[1])]
-    return float(np.mean(sizes**2))
 
 
 def _as_modelled(window: Window, description: PlantDescription, model: ProcessModel) -> Cube | None:
