@@ -57,6 +57,33 @@ def test_a_fault_whose_size_was_not_known_exactly_is_not_over(size: float) -> No
     assert looked("cool_stuck_closed", 0.6, -5.0).ended(((FaultState(STUCK.fault, size, ONSET_S),),)) is None
 
 
+@functools.cache
+def there(fault: str, severity: float, seed: int, until_s: float) -> tuple[Snapshot, ...]:
+    """A reactor, other than its model, with a fault from 1500 s on that nobody repairs."""
+    plant = reactor()
+    told = departing(plant, scenario(plant, fault, seed, ONSET_S, severity, until_s), (), "plant")
+    link = SimulatedLink(open_process(plant, told))
+    return tuple(link.advance() for _ in range(int(until_s)))
+
+
+@pytest.mark.parametrize(
+    ("fault", "severity", "after_s"),
+    [("cool_stuck_closed", 0.3, 80), ("outlet_block", 0.3, 160), ("pump_degrade", 0.4, 160), ("temp_bias", 5.0, 160),
+     ("fouling", 0.45, 580)],
+)  # fmt: skip
+def test_a_fault_that_is_half_as_large_as_was_thought_is_not_over(fault: str, severity: float, after_s: int) -> None:
+    """What its size would show is refuted, and so is that nothing is there: a ramp is first thought to be too large."""
+    twin = follow(there(fault, severity, 3, ONSET_S + after_s), 3)
+    assert twin.ended(((FaultState(fault, 2.0 * severity, ONSET_S),),)) is None
+
+
+def test_what_was_wrong_of_one_of_two_does_not_end_the_other() -> None:
+    """That the pump is not clogged refutes both together; the valve is stuck as before."""
+    twin = follow(there("cool_stuck_closed", 0.3, 3, ONSET_S + 80), 3)
+    both = FaultState("cool_stuck_closed", 0.3, ONSET_S), FaultState("outlet_block", 0.6, ONSET_S)
+    assert twin.ended((both,)) is None
+
+
 def test_what_cannot_be_seen_is_not_over() -> None:
     """Fouling without feed: whether the jacket is fouled makes no difference."""
     assert follow(held(2), 2).ended(((FOULED,),)) is None

@@ -20,7 +20,6 @@ from homeostat.domain.diagnosis import (
     Feature,
     Hypothesis,
     Symptom,
-    by_fault_set,
     with_a_twin,
 )
 from homeostat.domain.plant.baseline import Baseline
@@ -170,7 +169,7 @@ class TwinMonitoring:
             return self._forget(since_s)
         if any(self._still.stands(shown_by[fault], at_s) for fault, at_s in stuck.items()):
             return None, True
-        known = [s.faults for s in by_fault_set(said)]
+        known = list(dict.fromkeys(h.faults for h in said))  # of every size that was left open
         ended = self._twin.frozen().ended(known, self._from_s) if self._known else None
         if ended is None:
             return None, True

@@ -32,6 +32,12 @@ ABOUT = 5
 """Readings by which the onset of what is known may be off."""
 SIZES = (0.97, 1.0, 1.03)
 """Multiples of its size with which each of these is tried: nobody knew it exactly [1]."""
+SMALLER = tuple(0.05 * k for k in range(4, 20))
+"""The same, of which none may explain a stretch clearly better than nothing: a size that was thought far too large is
+refuted by a fault that is there as much as by one that has gone [1]."""
+LESS_NATS = 1.0
+"""By how much one of these must for that [nats]: noise alone gives the best of them so much in one stretch of a
+hundred."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,13 +77,34 @@ def fit_of_nothing(evidence: Evidence) -> tuple[Fit, bool]:
     return evidence.fit(left[0]), not evidence.fit(left[0], SHORT).strained
 
 
-def lead_of_nothing(evidence: Evidence, known: Sequence[FaultSet]) -> float:
-    """By how much nothing explains the readings better than the best set of what was ``known`` [nats]."""
-    nats = evidence.likelihoods([(), *_sized(known)])
-    return float(nats[0] - nats[1:].max(initial=-np.inf)) if np.isfinite(nats[0]) else -np.inf
+def lead_of_nothing(evidence: Evidence, known: Sequence[FaultSet], stopped: Sequence[FaultSet] = ()) -> float:
+    """By how much nothing explains the readings better than the best set of what was ``known`` [nats].
+
+    ``stopped``: what that may have come to where it grew. Where less of it explains them clearly better than nothing,
+    it is by how much nothing explains them better than that, which is negative.
+    """
+    whole, less = list(_sized([*known, *stopped])), list(_less_of(known))
+    nats = evidence.likelihoods([(), *whole, *less])
+    if not np.isfinite(nats[0]):
+        return -np.inf
+    lead, over_less = (float(nats[0] - part.max(initial=-np.inf)) for part in np.split(nats[1:], [len(whole)]))
+    return min(lead, over_less) if over_less <= -LESS_NATS else lead
 
 
 def _sized(known: Sequence[FaultSet]) -> Iterator[FaultSet]:
     """Each set of ``known``, smaller and larger."""
     for faults in known:
-        yield from (tuple(replace(f, severity=size * f.severity) for f in faults) for size in SIZES)
+        yield from (_times(faults, size) for size in SIZES)
+
+
+def _less_of(known: Sequence[FaultSet]) -> Iterator[FaultSet]:
+    """Less of each set of ``known``: all of it smaller, and each of several by itself."""
+    for faults in known:
+        yield from (_times(faults, size) for size in SMALLER)
+        if len(faults) > 1:
+            yield from (_times((fault,), size) for fault in faults for size in (*SMALLER, 1.0))
+
+
+def _times(faults: FaultSet, size: float) -> FaultSet:
+    """``faults``, each of so many times its size."""
+    return tuple(replace(f, severity=size * f.severity) for f in faults)

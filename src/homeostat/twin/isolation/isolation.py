@@ -225,7 +225,7 @@ class FaultIsolation:
                 break
             throughout = throughout and well
             since_s = window.start_s if throughout else since_s
-            lead = lead_of_nothing(evidence, [*known, *self._stopped(known, seen)])
+            lead = lead_of_nothing(evidence, known, self._stopped(known, seen))
             if lead >= OVER_NATS and not fit.strained:
                 found = Ended(since_s if np.isfinite(since_s) else shortest_s, fits=True)
             elif lead >= OVER_NATS and fit.good and window.length >= CHANGED:
