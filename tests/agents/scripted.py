@@ -6,6 +6,7 @@ import asyncio
 import threading
 from collections.abc import Callable, Mapping, Sequence
 
+from homeostat.agents.reliance import Relying
 from homeostat.agents.roles import Hold, NoAdmissiblePlan, Plan, Probe, Situation, Wait
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis, Symptom
@@ -13,7 +14,7 @@ from homeostat.domain.events.recovery import Retrieved
 from homeostat.domain.plant.state_machine import State, StateMachine
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Resolution, Revise, Rollout, Verdict
+from homeostat.domain.verdict import Finding, Resolution, Revise, Rollout, Verdict
 from homeostat.twin.twin import Interruption
 
 SYMPTOM = Symptom("S-HOT", 0.0, 2.0, 1.0, 2.0)
@@ -133,6 +134,9 @@ class ScriptedSimulation:
     async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet, ended: Interruption | None = None) -> Rollout:
         self.tried.append(actions)
         return self._answer(actions)
+
+    async def relied_on(self, diagnosis: Diagnosis, asked: Relying, rollout: Rollout) -> tuple[Finding, ...]:
+        return ()
 
     async def sensitivities(
         self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]

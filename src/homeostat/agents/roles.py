@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import Protocol, TypeAlias
 
 from homeostat.agents.grounding.grounding import Grounding
+from homeostat.agents.reliance import Relying
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis, Symptom
@@ -128,6 +129,8 @@ class Approved:
     """How long it is held before the plant is looked at again [s]; 0 where it is to last."""
     beside: ActionSet | None = None
     """The fallback that it is no worse than, where some explanation violates a limit whatever is done; else None."""
+    instead: tuple[ActionSet, ...] = ()
+    """Leaving the plant alone, and falling back: it must not count more than these on what nobody has seen move."""
 
 
 class Monitoring(Protocol):
@@ -188,6 +191,10 @@ class Simulation(Protocol):
 
     async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet, ended: Interruption | None = None) -> Rollout:
         """What ``actions`` would do from the present on, until they are ``ended``, under every plausible hypothesis."""
+        ...
+
+    async def relied_on(self, diagnosis: Diagnosis, asked: Relying, rollout: Rollout) -> tuple[Finding, ...]:
+        """Why what is ``asked``, which does what ``rollout`` says, counts on actuators that nobody has seen move."""
         ...
 
     async def sensitivities(

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from homeostat.agents.checks import rollout_findings, target_finding, target_name
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.pricing import Pricing
+from homeostat.agents.reliance import Bench, Relying, relied_on
 from homeostat.domain.advice import COST, Sensitivity
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.plant.limits import Limits
@@ -30,6 +31,7 @@ class TwinSimulation:
         self._twin = twin
         self._limits = limits
         self._scales = {name: tag.scale for name, tag in tags.items()}
+        self._units = {tag.unit: tag.scale for tag in tags.values()}
 
     def observe(self, snapshots: tuple[Snapshot, ...]) -> None:
         """Bring the twin up to the present."""
@@ -45,6 +47,12 @@ class TwinSimulation:
     async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet, ended: Interruption | None = None) -> Rollout:
         """What ``actions`` would do until they are ``ended``; beside the event loop, so that deadlines are kept."""
         return await asyncio.to_thread(self._twin.frozen().roll_out, actions, plausible(diagnosis), ended)
+
+    async def relied_on(self, diagnosis: Diagnosis, asked: Relying, rollout: Rollout) -> tuple[Finding, ...]:
+        """Why what is ``asked`` counts on actuators that nobody has seen move; over the members of ``rollout``."""
+        twin, hypotheses = self._twin.frozen(), plausible(diagnosis)
+        bench = Bench.of(twin, hypotheses, self._limits, self._units)
+        return (await asyncio.to_thread(relied_on, asked, rollout, bench)).findings
 
     async def sensitivities(
         self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]

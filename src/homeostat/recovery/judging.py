@@ -7,6 +7,7 @@ from homeostat.agents.checks import Part, judge_parts
 from homeostat.agents.no_worse import comparable, judge_no_worse
 from homeostat.agents.postponed import judge_postponed
 from homeostat.agents.pricing import Pricing
+from homeostat.agents.reliance import Relying
 from homeostat.agents.roles import Agents, Approved, Probe, Situation
 from homeostat.agents.search.candidates import design_commands
 from homeostat.domain.advice import Attempt
@@ -76,7 +77,21 @@ class Judging:
         attempt = Attempt(number, path, actions, verdict, len(rollout.weights), cost, hypotheses=rollout.hypotheses)
         if not isinstance(verdict, Approve) or cost is None:
             return Judged(attempt, None)
-        return Judged(attempt, Approved(actions, path, verdict, by, cost))
+        return await self._approved(situation, attempt, rollout, Approved(actions, path, verdict, by, cost))
+
+    async def _approved(self, situation: Situation, attempt: Attempt, rollout: Rollout, found: Approved) -> Judged:
+        """What was ``found``, unless it counts on actuators that nobody has seen move: more than leaving alone does."""
+        instead = self._instead(situation)
+        asked = Relying(found.actions, found.path.commanded_states, instead, found.ended)
+        findings = await self._agents.simulation.relied_on(situation.diagnosis, asked, rollout)
+        if findings:
+            return Judged(replace(attempt, verdict=Revise((*found.approval.findings, *findings))), None)
+        return Judged(attempt, replace(found, instead=instead))
+
+    def _instead(self, situation: Situation) -> tuple[ActionSet, ...]:
+        """What happens where nothing is released."""
+        fallback = () if situation.fallback is None else (situation.fallback.actions,)
+        return (self._scene.now.rest, *fallback)
 
     async def no_worse(self, by: str, situation: Situation, attempt: Attempt) -> Judged:
         """A refused proposal that is to last, by what the fallback does at once in the same members.
@@ -100,7 +115,7 @@ class Judging:
         if not isinstance(verdict, Approve):
             return judged
         found = Approved(actions, path, verdict, by, judged.attempt.cost, beside=fallback.actions)
-        return Judged(replace(judged.attempt, verdict=verdict), found)
+        return await self._approved(situation, replace(judged.attempt, verdict=verdict), rollout, found)
 
     async def hold(
         self, by: str, number: int, situation: Situation, path: RecoveryPath, actions: ActionSet, seconds: float
@@ -122,7 +137,8 @@ class Judging:
         attempt = Attempt(number, path, actions, verdict, len(rollout.weights), cost, kind=KINDS.HOLD, seconds=seconds)
         if not isinstance(verdict, Approve) or cost is None:
             return Judged(attempt, None)
-        return Judged(attempt, Approved(actions, path, verdict, by, cost, ended=ended, for_s=seconds))
+        found = Approved(actions, path, verdict, by, cost, ended=ended, for_s=seconds)
+        return await self._approved(situation, attempt, rollout, found)
 
     def _way_back(self, state: State, situation: Situation, held: ActionSet) -> ActionSet:
         """The design of the ``state`` that the plant came from; what that leaves open is put back to what it was."""

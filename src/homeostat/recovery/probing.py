@@ -10,6 +10,7 @@ from homeostat.agents.checks import judge_passing, judge_safety
 from homeostat.agents.hypotheses import counted
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.probing.twin_probing import CERTAIN
+from homeostat.agents.reliance import Relying
 from homeostat.agents.roles import Agents, Approved, Probe, Probing, Situation
 from homeostat.domain.advice import Attempt
 from homeostat.domain.diagnosis import Diagnosis, by_fault_set
@@ -132,9 +133,16 @@ class Probes:
                 ended = Interruption(after_s, retreat.actions)
                 rollout = await probing.try_out(probe, situation.diagnosis, ended)
                 verdict = judge_passing(probe.actions, rollout, self._rules.limits, self._rules.tags, probe.path)
-                if isinstance(verdict, Approve):
+                if isinstance(verdict, Approve) and not await self._relied_on(situation, probe, ended, rollout):
                     return Admitted(probe, retreat, ended, verdict)
         return None
+
+    async def _relied_on(self, situation: Situation, probe: Probe, ended: Interruption, rollout: Rollout) -> bool:
+        """Whether a test move counts on actuators that nobody has seen move."""
+        if probe.path is None:
+            return False
+        asked = Relying(probe.actions, probe.path.commanded_states, (self._scene.now.rest, ended.actions), ended)
+        return bool(await self._agents.simulation.relied_on(situation.diagnosis, asked, rollout))
 
     async def take(self, chosen: Admitted, situation: Situation, proposer: str) -> Taken | None:
         """Begin what ``proposer`` proposed; None where it was refused."""
@@ -150,7 +158,10 @@ class Probes:
             outcome = NoActionNeeded(scene.seen_s, chosen.verdict.min_margin)
         else:
             cost = self._pricing.of(alone, probe.actions.states, releases=1)
-            found = Approved(probe.actions, probe.path, chosen.verdict, proposer, cost, ended=chosen.ended)
+            found = Approved(
+                probe.actions, probe.path, chosen.verdict, proposer, cost,
+                ended=chosen.ended, instead=(scene.now.rest, chosen.ended.actions),
+            )  # fmt: skip
             try:
                 outcome = (await self._releasing.release(found, situation.diagnosis)).outcome
             except (Refused, Overtaken, Withdrawn, TimeoutError) as failed:

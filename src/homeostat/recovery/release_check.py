@@ -13,6 +13,7 @@ from homeostat.agents.certificates import interval, violated
 from homeostat.agents.checks import judge, judge_passing, rollout_findings
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.no_worse import judge_no_worse, worse
+from homeostat.agents.reliance import Bench, Relied, Relying, relied_on
 from homeostat.agents.roles import Approved
 from homeostat.domain.certificate import Certificate
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
@@ -97,12 +98,26 @@ class ReleaseCheck:
                 )
         else:  # what is released for a while is judged until it is over for sure
             verdict = judge_passing(found.actions, rollout, self._limits, self._tags, found.path)
+        if isinstance(verdict, Approve) and (unseen := self._relied_on(twin, found, hypotheses, rollout).findings):
+            verdict = Revise(unseen)
         if isinstance(verdict, Approve):
             refused = self._in_vain.setdefault(diagnosis.faulty, [])
             verdict = self._certify(twin, found, hypotheses, verdict, refused, fresh[-1].at_s)
         passed = isinstance(verdict, Approve) and verdict.digest == found.approval.digest == found.actions.digest
         request = self._request(found, diagnosis, fresh[-1].at_s) if passed else None
         return Checked(verdict, rollout, request)
+
+    def _relied_on(
+        self,
+        twin: Twin,
+        found: Approved,
+        hypotheses: tuple[Hypothesis, ...],
+        rollout: Rollout,
+        members: Ensemble | None = None,
+    ) -> Relied:
+        """Whether it counts on actuators that nobody has seen move, in the ``members`` of ``rollout``."""
+        asked = Relying(found.actions, found.path.commanded_states, found.instead, found.ended)
+        return relied_on(asked, rollout, Bench.of(twin, hypotheses, self._limits, self._scales, members))
 
     def _certify(
         self,
@@ -134,12 +149,14 @@ class ReleaseCheck:
             if rollout.result is not RolloutResult.COMPLETED:
                 return Revise((refusal("CHK-ROLLOUT", f"{rollout.result.value} {rollout.note}"),))
             draws += len(rollout.weights)
-            violations += int(self._counted(twin, found, hypotheses, members, rollout).sum())
+            unseen = self._relied_on(twin, found, hypotheses, rollout, members)
+            violations += int((self._counted(twin, found, hypotheses, members, rollout) | unseen.members).sum())
             low, high = interval(draws, violations, level, risk.required)
             if high <= risk.required:
                 refused_s.clear()
                 return replace(approval, certificate=Certificate(draws, violations, high, level))
-            for f in rollout_findings(rollout, (), self._limits.watched.hard, found.actions):
+            judged = rollout_findings(rollout, (), self._limits.watched.hard, found.actions)
+            for f in (*judged, *unseen.findings):
                 if not f.satisfied and (f.criterion not in worst or f.margin < worst[f.criterion].margin):
                     worst[f.criterion] = f
             if low > risk.required:

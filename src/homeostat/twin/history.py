@@ -147,6 +147,7 @@ class History:
         self._unseen: Callable[[float], dict[str, float]] = _nobody_followed
         none = np.zeros(len(self._variables))
         self._changed_s, self._changes, self._compared, self._until_change = none, none, none, none
+        self._lowest = self._highest = np.full(len(self._variables), np.nan)
 
     def append(self, snapshot: Snapshot) -> None:
         """Take one more snapshot; one that is no newer is ignored, and ticks without one are filled."""
@@ -181,6 +182,7 @@ class History:
         self._compared, self._changes = self._compared + ~lacking, self._changes + changed
         self._changed_s = np.where(changed, at_s, self._changed_s)
         self._until_change = np.where(changed, self._compared, self._until_change)
+        self._lowest, self._highest = np.fmin(self._lowest, values), np.fmax(self._highest, values)
 
     def copy(self) -> History:
         """The same readings; what either takes from now on the other does not have."""
@@ -206,6 +208,12 @@ class History:
     def begin_s(self) -> float:
         """Process time of the first snapshot that is held [s]; minus infinity where there is none."""
         return self._rows[0].at_s if self._rows else -math.inf
+
+    @property
+    def reached(self) -> dict[str, tuple[float, float]]:
+        """Variable -> the lowest and the highest that was ever read of it, before what is held as well; NaN: none."""
+        ends = zip(self._lowest.tolist(), self._highest.tolist(), strict=True)
+        return dict(zip(self._variables.values(), ends, strict=True))
 
     @property
     def whole(self) -> Window:

@@ -34,6 +34,7 @@ from homeostat.twin.isolation.ended import STRETCHES, Ended
 from homeostat.twin.isolation.evidence import Accuracy, Fit
 from homeostat.twin.isolation.isolation import FaultIsolation, Question
 from homeostat.twin.isolation.prechecks import flat_lines
+from homeostat.twin.resting import Resting, resting
 from homeostat.twin.separation import separation
 from homeostat.twin.settings import TwinSettings
 from homeostat.twin.unseen import UnseenStates
@@ -86,12 +87,9 @@ class Twin:
         self._seed = seed
         self._posterior = self._healthy = prior(model, self._parameters)
         self._timing = description.timing
+        tick_s, sampled = description.timing.tick_s, description.sampled
         self._history = History(
-            description.variables,
-            model.inputs,
-            settings.settle_rows,
-            tick_s=description.timing.tick_s,
-            sampled=description.sampled,
+            description.variables, model.inputs, settings.settle_rows, tick_s=tick_s, sampled=sampled
         )
         self._unseen = UnseenStates(model, self._carrier, settings.corrected)
         self._drawn = _Drawn(-np.inf, self._posterior, {})
@@ -105,6 +103,11 @@ class Twin:
     def timing(self) -> Timing:
         """How fast the plant is."""
         return self._timing
+
+    @property
+    def resting(self) -> tuple[Resting, ...]:
+        """Actuators that are at rest and that nobody has seen move."""
+        return resting(self._description, self._history.reached)
 
     def _last(self, seconds: float) -> Window:
         """The readings of the last ``seconds`` [s], one at least."""
@@ -287,13 +290,15 @@ class Twin:
             signals[MADE] = total - np.tile(before, len(total) // len(before))[:, None]
         return signals
 
-    def try_many(self, ensemble: Ensemble, schedules: Cube, refuse: bool = True) -> tuple[dict[str, np.ndarray], float]:
+    def try_many(
+        self, ensemble: Ensemble, schedules: Cube, refuse: bool = True, every_tick: bool = False
+    ) -> tuple[dict[str, np.ndarray], float]:
         """Tag -> true values, shape (K * members, times), of K schedules; and the sampling period [s].
 
         Where a member leaves the physical world, a ProcessError is raised, or, without ``refuse``, what is measured of
         it is NaN from then on, which breaks every limit.
         """
-        stride = max(self._timing.ticks(self.settings.stride), 1)
+        stride = 1 if every_tick else max(self._timing.ticks(self.settings.stride), 1)
         result = forecast(self._model, ensemble, schedules, stride, sensor_noise=False, refuse=refuse)
         return self._signals(ensemble, result), result.dt_s
 
@@ -358,13 +363,8 @@ class Twin:
         first, then = self._sequence(replace(actions, then=())), self._sequence(ended.actions)
         guards = (after(math.ceil(ended.after_s / self._timing.tick_s)), *then.guards)
         targets, rates = np.vstack([first.targets, then.targets]), np.vstack([first.rates, then.rates])
-        return follow(
-            self._model,
-            ensemble,
-            [InputSequence(targets, rates, guards, then.outputs)],
-            self._now(),
-            self.horizon,
-        )
+        sequence = InputSequence(targets, rates, guards, then.outputs)
+        return follow(self._model, ensemble, [sequence], self._now(), self.horizon)
 
     def _now(self) -> Vec:
         """The inputs of the last tick, shape (inputs,)."""

@@ -19,6 +19,7 @@ from homeostat.agents.search.gently import leads_back
 from homeostat.agents.search.returning import Returning
 from homeostat.agents.search.routes import RouteSearch
 from homeostat.agents.search.tracking import blind, held, search_space, tracking
+from homeostat.agents.search.unseen import Unseen
 from homeostat.domain.advice import Advice
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
@@ -80,6 +81,7 @@ class SearchAction:
         self._told: tuple[ActionSet, ActionSet] | None = None
         """What was proposed last, and what of it was tried."""
         self._returning = Returning(plant, self._cost, self._release)
+        self._unseen = Unseen(plant.machine, self._cost)
 
     def _judged_on(self, ensemble: Ensemble) -> dict[Key, NDArray[np.float64]]:
         """(State, commands) -> what they came to on ``ensemble``: attempts differ in what they require only."""
@@ -240,10 +242,9 @@ class SearchAction:
         most = max(MOST_ROWS // (len(ensemble.weights) * twin.horizon), 1)
         for some in (untried[k : k + most] for k in range(0, len(untried), most)):
             if some[0].then:
-                tried = twin.follow_many(ensemble, some, refuse=False)
+                rows = self._cost.judge(*twin.follow_many(ensemble, some, refuse=False), ensemble.weights, some)
             else:
-                tried = twin.try_many(ensemble, twin.schedules(some, twin.horizon), refuse=False)
-            rows = self._cost.judge(*tried, ensemble.weights, some)
+                rows = self._unseen.judge(twin, ensemble, some)
             judged.update(zip(map(_key, some), rows, strict=True))
         return np.stack([judged[_key(a)] for a in actions])
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from homeostat.agents.no_worse import SLACK
 from homeostat.agents.pricing import Pricing, Signals
 from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits
 from homeostat.domain.recovery import ActionSet
@@ -63,6 +64,19 @@ class Cost:
             found.append(np.where(np.isnan(least), -np.inf, least))
         found.append(headed.reshape(count, -1) @ (weights / weights.sum()))
         return np.stack(found, axis=1)
+
+    def where_held(self, judged: Table, held: Table, alone: Vec) -> Table:
+        """``judged`` with the hard margins that are less where actuators stay at rest: rows of ``held``.
+
+        ``alone``: what leaving the plant alone comes to with the same actuators at rest; what it misses itself is not
+        asked for, within :data:`SLACK`.
+        """
+        hard = [c.hard and (isinstance(c, Criterion) or c.kind is not LimitKind.PERMISSIVE) for c in self._criteria]
+        missed = np.where(alone[1:-1] < 0.0, alone[1:-1] - SLACK, 0.0)
+        asked = np.where(np.array(hard) & np.isfinite(missed), held[:, 1:-1] - missed, np.inf)
+        found = judged.copy()
+        found[:, 1:-1] = np.minimum(judged[:, 1:-1], asked)
+        return found
 
     def total(self, judged: Table, required: Mapping[str, float]) -> Vec:
         """Cost of candidates that were judged, shape (candidates,).
