@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 
@@ -14,7 +16,9 @@ from homeostat.evaluate.reference.unsupervised import fault_free, unsupervised
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.evaluate.score.costs import run_cost
+from homeostat.evaluate.score.outcome import intervened, written
 from homeostat.links.clock import DeclaredClock
+from homeostat.record.run_record import RunRecord
 from tests.twin.followed import reactor
 
 STUCK = scenario(reactor(), "cool_stuck_closed", 1, 1450.0, None, 2400.0)
@@ -72,6 +76,14 @@ def test_nobody_is_compared_with_who_did_nothing() -> None:
     mild = scenario(reactor(), "temp_bias", 1, 1450.0, 0.5, 1600.0)
     result = run(reactor(), mild, clock=DeclaredClock(1.0))
     assert result.outcome is Outcome.NO_ACTION and result.cost_alone is None
+
+
+@pytest.mark.parametrize(("released", "fell_back"), [(True, False), (True, True), (False, True), (False, False)])
+def test_what_a_fallback_wrote_is_compared_as_well_and_is_not_needless(released: bool, fell_back: bool) -> None:
+    """After a release that led outside limits the fallback acts: whoever looks at that wants to know what it was for."""
+    record = SimpleNamespace(stepwise=False, released=[1] * released, fallbacks=[1] * fell_back, states=[])
+    assert written(reactor(), cast(RunRecord, record)) is (released or fell_back)
+    assert intervened(reactor(), cast(RunRecord, record)) is (released and not fell_back)
 
 
 def test_what_a_soft_criterion_costs_makes_an_action_worth_it() -> None:

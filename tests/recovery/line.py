@@ -42,6 +42,7 @@ from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.release_check import Check, ReleaseCheck
 from homeostat.recovery.supervisor import RecoveryLoop
 from homeostat.stl.formula import parse
+from homeostat.twin.resting import Resting
 from homeostat.twin.twin import Interruption
 from tests.agents.scripted import NoGraph, ScriptedMonitoring, ScriptedPlanning, ScriptedReprompting
 from tests.safety.world import CALM, HOT, TAGS
@@ -159,6 +160,7 @@ class LineTwin:
     """What a twin offers to simulation and release check, over the same straight line; two members, equal weights."""
 
     timing = REFERENCE
+    resting: tuple[Resting, ...] = ()
 
     def __init__(self, heating: float = 0.1) -> None:
         self.heating = heating

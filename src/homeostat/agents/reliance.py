@@ -99,16 +99,22 @@ def relied_on(asked: Relying, rollout: Rollout, by: Bench) -> Relied:
     members, findings = np.zeros(len(rollout.weights), dtype=np.bool_), dict[str, Finding]()
     for held in together if moved else ():
         mine = by.roll_out(keeping(asked.actions, held), asked.ended and _ended(asked.ended, held))
-        counts = worse(mine, rollout, by.limits, by.scales, by.tick_s)
+        counts = _worse(mine, rollout, by)
         for other in asked.beside if counts.any() else ():
-            rest = by.roll_out(keeping(other, held), None)
-            broke = rest.result is RolloutResult.BROKE_DOWN
-            counts &= not broke and worse(mine, rest, by.limits, by.scales, by.tick_s)
+            counts &= _worse(mine, by.roll_out(keeping(other, held), None), by)
         if counts.any():
-            members |= counts
+            members = members | counts
             for f in _findings(mine, held, asked.actions, by.limits):
                 findings[f.criterion] = min(f, findings.get(f.criterion, f), key=lambda each: each.margin)
     return Relied(members, tuple(findings.values()))
+
+
+def _worse(mine: Rollout, other: Rollout, by: Bench) -> Flags | np.bool_:
+    """In which members ``mine`` fares worse; where the twin leaves the physical world, in all or in none."""
+    broke = RolloutResult.BROKE_DOWN
+    if broke in (mine.result, other.result):
+        return np.bool_(other.result is not broke)
+    return worse(mine, other, by.limits, by.scales, by.tick_s)
 
 
 def unseen(resting: Iterable[Resting], states: Iterable[State]) -> tuple[Resting, ...]:

@@ -29,6 +29,7 @@ from homeostat.evaluate.score.outcome import (
     limits_of,
     outcome,
     priced_from_s,
+    written,
 )
 from homeostat.evaluate.score.scoring import exposures, production_loss
 from homeostat.evaluate.thinking_time import ThinkingTime
@@ -222,8 +223,8 @@ def _score(
     detected_s = min(reports, default=None)
     from_s = priced_from_s(scenario, record, truth)
     cost = run_cost(plant, truth, healthy.truth, from_s, record.states, len(record.released))
-    alone = left_alone(plant, scenario, healthy.truth, from_s) if intervened(plant, record) else None
-    needless = alone is not None and alone.makes_needless(cost)
+    alone = left_alone(plant, scenario, healthy.truth, from_s) if written(plant, record) else None
+    needless = alone is not None and intervened(plant, record) and alone.makes_needless(cost)
     return Run(
         plant=plant,
         scenario=scenario,

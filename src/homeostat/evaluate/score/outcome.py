@@ -88,8 +88,13 @@ def facts_of(
 
 def intervened(plant: Plant, record: RunRecord) -> bool:
     """Whether something was written that the recipe would not have, and no fallback acted."""
+    return written(plant, record) and not record.fallbacks
+
+
+def written(plant: Plant, record: RunRecord) -> bool:
+    """Whether something was written that the recipe would not have, by a release or by a fallback."""
     usual = record.stepwise and as_usual(plant, [state for state, _ in record.states])
-    return bool(record.released) and not record.fallbacks and not usual
+    return bool(record.fallbacks) or (bool(record.released) and not usual)
 
 
 def priced_from_s(scenario: Scenario, record: RunRecord, truth: Trajectory) -> float:

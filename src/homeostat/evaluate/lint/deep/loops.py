@@ -61,7 +61,8 @@ def _rests(bench: Bench, loop: ControlLoop) -> Finding | None:
         f"once {pv.name!r} is {'above' if off < 0.0 else 'below'} it"
     )
     if rest is Rest.STATED:
-        return Finding(Severity.NOTE, "loops", place, what, "nothing, where that is its design")
+        what = f"{what}; nothing in ordinary operation shows whether it still moves, so that no release counts on it"
+        return Finding(Severity.NOTE, "loops", place, what, "a proof test; nothing, where that is its design")
     setpoint = bench.places.row("setpoints", tag=loop.setpoint)
     remedy = (
         f"where that is its design, leave its symptom out (a row symptoms,S-{loop.name}-OFF of omitted.csv); "
