@@ -80,7 +80,7 @@ def test_nobody_is_compared_with_who_did_nothing() -> None:
 
 @pytest.mark.parametrize(("released", "fell_back"), [(True, False), (True, True), (False, True), (False, False)])
 def test_what_a_fallback_wrote_is_compared_as_well_and_is_not_needless(released: bool, fell_back: bool) -> None:
-    """After a release that led outside limits the fallback acts: whoever looks at that wants to know what it was for."""
+    """After a release that led outside limits a fallback acts: what that was for can be seen."""
     record = SimpleNamespace(stepwise=False, released=[1] * released, fallbacks=[1] * fell_back, states=[])
     assert written(reactor(), cast(RunRecord, record)) is (released or fell_back)
     assert intervened(reactor(), cast(RunRecord, record)) is (released and not fell_back)
