@@ -6,7 +6,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Mapping
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice
 
 import numpy as np
@@ -219,6 +219,15 @@ class History:
     def whole(self) -> Window:
         """Everything that is held."""
         return self.window(len(self._rows))
+
+    def around(self, at_s: float, before_s: float, after_s: float) -> Window | None:
+        """Readings from ``before_s`` before a time to ``after_s`` after it [s]; None where some are held no more."""
+        whole = self.whole
+        first, last = whole.row(at_s - before_s), min(whole.row(at_s + after_s), whole.length - 1)
+        if first < 0 or first >= last:
+            return None
+        held = {v: flags[first : last + 1] for v, flags in whole.held.items()}
+        return replace(whole.part(first, last + 1), held=held, unseen=self._unseen(whole.at_s(first)))
 
     def window(self, rows: int) -> Window:
         """The last ``rows`` readings, shorter where history is; worked out once per snapshot."""

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -169,12 +170,12 @@ class Twin:
         ``before``: what was said last; if it was certain and holds, and there is no ``news`` since, it is said again.
         ``from_s``: what was read before is not looked at; something was wrong then that is over [s].
         """
-        settings, end_s = self.settings, self._history.window(1).end_s
-        tick_s = self._timing.tick_s
+        settings, end_s, tick_s = self.settings, self._history.window(1).end_s, self._timing.tick_s
         seconds = min(end_s - min(since_s, end_s) + settings.lead_s, settings.replay_s)
         seconds = min(seconds, max(end_s - from_s + tick_s, 2.0 * tick_s))
         window, recent = self._last(seconds), self._last(min(settings.recent_s, seconds))
-        question = Question(candidates, tuple(known), dense, since_s, before, news)
+        past = partial(self._history.around, before_s=settings.lead_s, after_s=settings.replay_s)
+        question = Question(candidates, tuple(known), dense, since_s, before, news, past)
         return self._isolation.explain(question, window, recent, self._posterior)
 
     def stuck(self) -> dict[str, float]:

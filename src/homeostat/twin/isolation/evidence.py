@@ -111,6 +111,7 @@ class Evidence:
         A gain has an error because flows add up to levels, and so do their errors.
         """
         self.model, self.carrier, self.window, self.posterior = model, carrier, window, posterior
+        self._accuracy = accuracy
         self.variables = tuple(accuracy.errors)
         noise, bias = np.array(list(accuracy.errors.values())).T
         tick_s = tick_of(model.kernel)
@@ -129,6 +130,10 @@ class Evidence:
         self._weight = counts / np.hypot(noise, accuracy.gain * moved)
         self.directions = self._nuisance_directions(known, bias / noise, accuracy)
         self.inner = np.linalg.inv(np.eye(self.directions.shape[1]) + self.directions.T @ self.directions)
+
+    def on(self, window: Window) -> Evidence:
+        """The same of the readings of another ``window``, of which nothing is known."""
+        return Evidence(self.model, self.carrier, window, self.posterior, self._accuracy)
 
     @property
     def shape(self) -> tuple[int, int]:

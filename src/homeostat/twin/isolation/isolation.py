@@ -19,6 +19,7 @@ from homeostat.twin.calibration import Posterior
 from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.history import Window
 from homeostat.twin.isolation.alike import with_doubt
+from homeostat.twin.isolation.claims import Claims, Past, forgotten
 from homeostat.twin.isolation.classes import SPREAD_NATS, hypotheses
 from homeostat.twin.isolation.course import continues, lasting, stopped
 from homeostat.twin.isolation.ended import (
@@ -90,6 +91,8 @@ class Question:
     """What was said before."""
     news: bool = False
     """Whether anything new was seen since."""
+    past: Past = forgotten
+    """The readings around a beginning before those that are looked at."""
 
 
 class FaultIsolation:
@@ -127,7 +130,8 @@ class FaultIsolation:
         if accused:
             return stated(self._by_itself(evidence, search, accused, question), {}, evidence, self._size_error, DOUBT)
         said = remembered(question.known, question.before, window.at_s(FIRST_ROW), DOUBT)
-        memory = Memory(said, self._carrier.modes, search.prior, window.end_s)
+        claims = Claims(said[0].old, [s.old for s in said], evidence, window.at_s(FIRST_ROW), question.past)
+        memory = Memory(said, self._carrier.modes, search.prior, window.end_s, claims)
         (nothing,) = memory.told([Scored((), float(search.score([()])[0]))])
         named, unknown = self._named(search, question, window), self._estimated(evidence, search, (), question.since_s)
         again = self._again(search, question.known, said, window)

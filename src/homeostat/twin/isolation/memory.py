@@ -13,6 +13,7 @@ import numpy as np
 
 from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultMode, FaultState, Hypothesis, by_fault_set
 from homeostat.twin.carried import FaultSet
+from homeostat.twin.isolation.claims import Claims
 from homeostat.twin.isolation.course import continues
 from homeostat.twin.isolation.prior import Prior, Size
 from homeostat.twin.isolation.search import Scored
@@ -21,6 +22,8 @@ from homeostat.twin.isolation.sizes import SizeError
 REPAIRED_NATS = 5.0
 """What an explanation loses for each fault that was known and that it has no place for."""
 
+NEAR_NATS = 20.0
+"""Whatever is less likely than the best by more is not asked what it claims [nats]."""
 LEAST_SHARE = 0.01
 """Standard deviation of a size of before at least, as a share of the range that it may have [1]."""
 
@@ -85,13 +88,26 @@ def _size(mode: FaultMode, said: Sequence[tuple[float, float]], error: SizeError
 class Memory:
     """What explanations gain by agreeing with what is remembered."""
 
-    def __init__(self, hypotheses: Sequence[Remembered], modes: Mapping[str, FaultMode], prior: Prior, end_s: float):
-        """``end_s``: process time of the last reading [s]."""
+    def __init__(
+        self,
+        hypotheses: Sequence[Remembered],
+        modes: Mapping[str, FaultMode],
+        prior: Prior,
+        end_s: float,
+        claims: Claims,
+    ) -> None:
+        """``end_s``: process time of the last reading [s]; ``claims`` are about the time before the first one."""
         self._hypotheses, self._modes, self._prior, self._end_s = hypotheses, modes, prior, end_s
+        self._claims = claims
 
     def told(self, scored: Sequence[Scored]) -> list[Scored]:
-        """``scored``, of which each gains by what it keeps, and loses by what it drops, of the nearest hypothesis."""
-        return [replace(s, score=s.score + max(self._gain(h, s.faults) for h in self._hypotheses)) for s in scored]
+        """``scored``, of which each gains by what it keeps, and loses by what it drops, of the nearest hypothesis.
+
+        What is near the best is charged for what it claims of the time before.
+        """
+        found = [replace(s, score=s.score + max(self._gain(h, s.faults) for h in self._hypotheses)) for s in scored]
+        near = max((s.score for s in found), default=0.0) - NEAR_NATS
+        return [replace(s, score=s.score - self._claims.of(s.faults)) if s.score > near else s for s in found]
 
     def _gain(self, hypothesis: Remembered, faults: FaultSet) -> float:
         return hypothesis.nats + sum(self._of(known, faults) for known in hypothesis.old)
