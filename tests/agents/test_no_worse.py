@@ -37,6 +37,27 @@ def test_what_the_fallback_keeps_must_be_kept_however_little_is_missing() -> Non
     assert not approved(hot(ACTIONS, (1, 0), kelvin=313.001), rollout(DRAIN.actions))
 
 
+@pytest.mark.parametrize(("its", "mine", "expected"), [
+    (312.99, 313.10, True), (312.99, 313.18, True), (312.99, 313.20, False), (312.5, 313.001, False),
+])  # fmt: skip
+def test_a_member_that_the_fallback_just_keeps_counts_as_one_that_it_does_not(
+    its: float, mine: float, expected: bool
+) -> None:
+    """Where it violates the limit in another member: where it keeps it in all, so must the release."""
+    fallback = hot(DRAIN.actions, (2, 0))
+    fallback.trajectory.signals["T"][1, 0] = its
+    release = hot(ACTIONS, (2, 0))
+    release.trajectory.signals["T"][1, 0] = mine
+    assert worse(release, fallback, LIMITS, SCALES)[1] is not expected
+    kept, alone = hot(DRAIN.actions, (1, 0), kelvin=its), hot(ACTIONS, (1, 0), kelvin=mine)
+    assert worse(alone, kept, LIMITS, SCALES)[1]
+
+
+def test_without_slack_whatever_is_left_deeper_is_worse() -> None:
+    mine, its = hot(ACTIONS, (1, 0), kelvin=314.01), hot(DRAIN.actions, (1, 0))
+    assert worse(mine, its, LIMITS, SCALES, slack=0.0)[1] and not worse(its, mine, LIMITS, SCALES, slack=0.0).any()
+
+
 def test_it_is_compared_member_by_member() -> None:
     """Another member is violated by the fallback: that spares the one that it keeps."""
     assert not approved(hot(ACTIONS, (1, 0)), hot(DRAIN.actions, (2, 0)))

@@ -82,10 +82,18 @@ def test_what_is_still_there_after_as_many_waits_as_there_may_be_is_answered() -
     assert done.when(Waited) == [10.0, 55.0, 100.0] and done.released == [145.0] and done.handed_over == []
 
 
-def test_a_wait_that_news_have_cut_short_was_no_wait() -> None:
-    bounds = Bounds(intervention=InterventionBounds(answer_s=5.0, waits=1))
-    done = with_an_answer(80, bounds=bounds, monitoring=watching(10.0, 15.0, 20.0)).run()
-    assert done.when(Waited) == [10.0, 15.0, 20.0] and done.released == [65.0], "the third one lasts, and is the last"
+def test_a_wait_that_news_have_cut_short_counts_for_as_much_as_there_was_of_it() -> None:
+    """A ninth of two that may be, and a ninth, leave one and a part of one."""
+    bounds = Bounds(intervention=InterventionBounds(answer_s=5.0, waits=2))
+    done = with_an_answer(200, bounds=bounds, monitoring=watching(10.0, 15.0, 20.0)).run()
+    assert done.when(Waited) == [10.0, 15.0, 20.0, 65.0] and done.released == [110.0]
+
+
+def test_news_without_end_do_not_put_off_what_is_to_be_done_without_end() -> None:
+    often = [float(at_s) for at_s in range(10, 600, 40)]
+    bounds = Bounds(intervention=InterventionBounds(answer_s=5.0, waits=2))
+    done = with_an_answer(600, bounds=bounds, monitoring=watching(*often)).run()
+    assert done.when(Waited) == [10.0, 50.0, 90.0] and done.released[0] == 130.0
 
 
 def test_what_a_wait_has_shown_says_how_long_there_is_now() -> None:

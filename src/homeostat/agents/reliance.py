@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.agents.checks import rollout_findings
-from homeostat.agents.no_worse import worse
+from homeostat.agents.no_worse import SLACK, worse
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.state_machine import State
@@ -99,9 +99,9 @@ def relied_on(asked: Relying, rollout: Rollout, by: Bench) -> Relied:
     members, findings = np.zeros(len(rollout.weights), dtype=np.bool_), dict[str, Finding]()
     for held in together if moved else ():
         mine = by.roll_out(keeping(asked.actions, held), asked.ended and _ended(asked.ended, held))
-        counts = _worse(mine, rollout, by)
+        counts = _worse(mine, rollout, by, 0.0)
         for other in asked.beside if counts.any() else ():
-            counts &= _worse(mine, by.roll_out(keeping(other, held), None), by)
+            counts &= _worse(mine, by.roll_out(keeping(other, held), None), by, SLACK)
         if counts.any():
             members = members | counts
             for f in _findings(mine, held, asked.actions, by.limits):
@@ -109,12 +109,12 @@ def relied_on(asked: Relying, rollout: Rollout, by: Bench) -> Relied:
     return Relied(members, tuple(findings.values()))
 
 
-def _worse(mine: Rollout, other: Rollout, by: Bench) -> Flags | np.bool_:
+def _worse(mine: Rollout, other: Rollout, by: Bench, slack: float) -> Flags | np.bool_:
     """In which members ``mine`` fares worse; where the twin leaves the physical world, in all or in none."""
     broke = RolloutResult.BROKE_DOWN
     if broke in (mine.result, other.result):
         return np.bool_(other.result is not broke)
-    return worse(mine, other, by.limits, by.scales, by.tick_s)
+    return worse(mine, other, by.limits, by.scales, by.tick_s, slack)
 
 
 def unseen(resting: Iterable[Resting], states: Iterable[State]) -> tuple[Resting, ...]:

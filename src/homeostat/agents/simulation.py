@@ -11,7 +11,7 @@ from homeostat.domain.advice import COST, Sensitivity
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.state_machine import SetpointRange, State
-from homeostat.domain.plant.tag import Tag
+from homeostat.domain.plant.tag import Tag, scales_of
 from homeostat.domain.recovery import ActionSet, open_setpoints
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.verdict import Finding, Rollout, RolloutResult
@@ -31,7 +31,7 @@ class TwinSimulation:
         self._twin = twin
         self._limits = limits
         self._scales = {name: tag.scale for name, tag in tags.items()}
-        self._units = {tag.unit: tag.scale for tag in tags.values()}
+        self._units = scales_of(tags.values())
 
     def observe(self, snapshots: tuple[Snapshot, ...]) -> None:
         """Bring the twin up to the present."""

@@ -78,7 +78,7 @@ class InterventionBounds:
     probe_s: float = 300.0
     """How long one lasts before the plant is looked at again [s]."""
     waits: int = 6
-    """Most waits instead of a release before nothing is wrong any more, of those that last; 0 for none."""
+    """Most waits instead of a release before nothing is wrong any more, each by how much of it lasted; 0 for none."""
     answer_s: float = 30.0
     """After one that must not go on, the time that thinking is given before a fallback ends it [s]."""
 

@@ -18,7 +18,7 @@ from homeostat.agents.roles import Approved
 from homeostat.domain.certificate import Certificate
 from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.plant.limits import Limits, Owner
-from homeostat.domain.plant.tag import Tag
+from homeostat.domain.plant.tag import Tag, scales_of
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.request import Request, Seal
 from homeostat.domain.snapshot import Snapshot
@@ -76,7 +76,7 @@ class ReleaseCheck:
     ) -> None:
         """The same twin and limits as simulation and validation use; ``configuration`` is the digest of the plant's."""
         self._twin, self._limits, self._tags = twin, limits, tags
-        self._scales = {tag.unit: tag.scale for tag in tags.values()}
+        self._scales = scales_of(tags.values())
         self._seal, self._configuration, self._risk = seal, configuration, risk or RiskBounds()
         self._count = self._certified = 0
         self._in_vain: dict[bool, list[float]] = {}

@@ -1,5 +1,6 @@
 """Waits: when a plant is looked at again that is left alone, or has got something, for a while only."""
 
+import math
 from dataclasses import dataclass
 
 from homeostat.domain.diagnosis import Diagnosis
@@ -7,6 +8,9 @@ from homeostat.domain.events.recovery import Waited
 from homeostat.domain.verdict import NoActionNeeded
 from homeostat.recovery.choices import Waiting
 from homeostat.recovery.scene import Scene
+
+ROUNDED = 1e-9
+"""What sums of shares are off by."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +28,7 @@ class Ended:
 class Waits:
     """Knows the one wait or hold that is under way, and how often it was waited until nothing is wrong any more.
 
-    A wait that news have cut short is not counted: it was no time.
+    A wait that news have cut short counts for as much of it as there was.
     """
 
     def __init__(self, scene: Scene, most: int) -> None:
@@ -32,12 +36,12 @@ class Waits:
         self._scene, self._most = scene, most
         self._until_s: float | None = None
         self._held = False
-        self._count = 0
+        self._seconds, self._count = math.inf, 0.0
 
     @property
     def left(self) -> int:
         """How often it may still be waited."""
-        return max(self._most - self._count, 0)
+        return max(math.ceil(self._most - self._count - ROUNDED), 0)
 
     def due(self, now_s: float) -> bool:
         """Whether a wait or a hold is over and the plant was not looked at."""
@@ -52,18 +56,19 @@ class Waits:
         if self._until_s is None:
             ended = Ended()
         else:
-            whole = not self._held and self._scene.seen_s >= self._until_s
-            ended = Ended(waited=True, held=self._held, whole=whole)
-            self._count -= 0 if whole or self._held else 1
+            left_s = max(self._until_s - self._scene.seen_s, 0.0)
+            ended = Ended(waited=True, held=self._held, whole=not self._held and left_s == 0.0)
+            self._count -= 0.0 if self._held else left_s / self._seconds
             self._until_s = None
         if not diagnosis.faulty:
-            self._count = 0
+            self._count = 0.0
         return ended
 
     def wait(self, found: Waiting) -> NoActionNeeded:
         """Leave the plant alone for a while; the armed fallback and the time to act by stay."""
         scene = self._scene
-        self._count, self._held, self._until_s = self._count + 1, False, scene.seen_s + found.seconds
+        self._count, self._held = self._count + 1.0, False
+        self._seconds, self._until_s = found.seconds, scene.seen_s + found.seconds
         scene.record(Waited(found.proposer, found.seconds, found.follows, found.nuisance))
         return NoActionNeeded(scene.seen_s, found.approval.min_margin)
 

@@ -221,10 +221,13 @@ class History:
         return self.window(len(self._rows))
 
     def around(self, at_s: float, before_s: float, after_s: float) -> Window | None:
-        """Readings from ``before_s`` before a time to ``after_s`` after it [s]; None where some are held no more."""
+        """Readings from ``before_s`` before a time to ``after_s`` after it, as far as they are held [s].
+
+        None where too few are held from before it to say what state they begin in.
+        """
         whole = self.whole
-        first, last = whole.row(at_s - before_s), min(whole.row(at_s + after_s), whole.length - 1)
-        if first < 0 or first >= last:
+        first, last = max(whole.row(at_s - before_s), 0), min(whole.row(at_s + after_s), whole.length - 1)
+        if whole.row(at_s) - first < self._settle_rows or first >= last:
             return None
         held = {v: flags[first : last + 1] for v, flags in whole.held.items()}
         return replace(whole.part(first, last + 1), held=held, unseen=self._unseen(whole.at_s(first)))

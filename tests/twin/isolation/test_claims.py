@@ -63,6 +63,18 @@ def test_where_hardly_anything_is_held_of_then_nobody_can_say(past: Past) -> Non
     assert claims(past, FOULED).of((HOT,)) == 0.0
 
 
+def test_a_size_is_charged_as_the_first_that_was_asked() -> None:
+    asked = claims(around, FOULED)
+    small = FaultState("temp_bias", 1.0, ONSET_S)
+    assert asked.of((HOT,)) == asked.of((small,)) == MOST_NATS
+    assert asked.of((FaultState("temp_bias", 5.0, ONSET_S + 60.0),)) == MOST_NATS, "another beginning is another claim"
+
+
+def test_what_is_beside_what_was_known_is_charged_by_its_own_beginning() -> None:
+    later = FaultState("temp_bias", 5.0, ONSET_S + 500.0)
+    assert claims(around, FOULED).of((FOULED, later)) > 5.0
+
+
 def test_what_breaks_the_model_is_charged_as_much_as_anything() -> None:
     impossible = FaultState("unknown_heat_R1_UA", 1e9, ONSET_S)
     assert claims(around, FOULED).of((impossible,)) == MOST_NATS
@@ -84,6 +96,8 @@ def test_readings_around_a_time_are_those_that_were_read() -> None:
     assert all(
         np.array_equal(r, whole.readings[v][first : first + 301], equal_nan=True) for v, r in found.readings.items()
     )
-    assert history.around(50.0, 100.0, 200.0) is None, "not all of it is held"
+    early = history.around(50.0, 100.0, 200.0)
+    assert early is not None and early.start_s == whole.start_s, "as far as it is held"
+    assert history.around(whole.start_s + 5.0, 100.0, 200.0) is None, "too little before it to begin with"
     late = history.around(NOW_S - 10.0, 100.0, 200.0)
     assert late is not None and late.end_s == whole.end_s

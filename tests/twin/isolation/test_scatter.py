@@ -38,6 +38,16 @@ def test_what_sticks_and_slips_is_not_noisy(every: int) -> None:
     assert ratio(slips) < 1.6
 
 
+def test_a_coarse_instrument_is_judged_by_what_it_shows() -> None:
+    """Four steps of it are as large as its noise: most readings are as the one before."""
+    random = np.random.default_rng(3)
+    read = SD * random.standard_normal(TICKS)
+    read[340:] *= 5.0
+    modelled = np.vstack([np.zeros(TICKS), SD * random.standard_normal((7, TICKS))])
+    coarse = np.round(read / (4.0 * SD)) * 4.0 * SD
+    assert against_usual(differences(coarse), differences(modelled), HEALTHY, PRESENT) > 2.5
+
+
 def test_neither_levels_nor_ramps_nor_outliers_are_seen() -> None:
     ramp = 0.05 * np.arange(TICKS)
     outliers = np.where(np.arange(TICKS) % 20 == 0, 1.0, 0.0)

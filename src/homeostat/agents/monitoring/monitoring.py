@@ -27,6 +27,7 @@ from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released, Resolution
 from homeostat.stl.formula import Formula
+from homeostat.twin.isolation.ended import left_open
 from homeostat.twin.twin import Twin
 
 MOVED_S = 60.0
@@ -169,8 +170,7 @@ class TwinMonitoring:
             return self._forget(since_s)
         if any(self._still.stands(shown_by[fault], at_s) for fault, at_s in stuck.items()):
             return None, True
-        known = list(dict.fromkeys(h.faults for h in said))  # of every size that was left open
-        ended = self._twin.frozen().ended(known, self._from_s) if self._known else None
+        ended = self._twin.frozen().ended(left_open(said), self._from_s) if self._known else None
         if ended is None:
             return None, True
         self._from_s = ended.since_s

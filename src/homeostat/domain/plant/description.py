@@ -10,7 +10,7 @@ from homeostat.domain.plant.parameter import ModelParameter
 from homeostat.domain.plant.prices import Price
 from homeostat.domain.plant.rules import QualityRule, StartUp, TripRule, WriteRule
 from homeostat.domain.plant.state_machine import StateMachine
-from homeostat.domain.plant.tag import Tag
+from homeostat.domain.plant.tag import Tag, scales_of
 from homeostat.domain.plant.timing import REFERENCE, Timing
 from homeostat.domain.recovery import FallbackStrategy
 from homeostat.stl.formula import Expression
@@ -216,10 +216,7 @@ class PlantDescription:
     @property
     def scales(self) -> dict[str, float]:
         """Unit -> what counts as one unit of margin in it: the smallest scale of its tags; 1 for mixed formulas."""
-        found: dict[str, float] = {}
-        for tag in self.tags:
-            found[tag.unit] = min(found.get(tag.unit, tag.scale), tag.scale)
-        return found | {"1": 1.0}
+        return scales_of(self.tags)
 
     def fault(self, name: str) -> FaultMode:
         """The fault mode of the tables called ``name``; ValueError naming the nearest ones where there is none."""

@@ -1,6 +1,7 @@
 """Tags: the named signals of a plant (ISA-5.1 roles, units, ranges)."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -89,3 +90,11 @@ class Tag:
         if not self.two_position:
             return value
         return self.range.low if value - self.range.low < self.range.high - value else self.range.high
+
+
+def scales_of(tags: Iterable[Tag]) -> dict[str, float]:
+    """Unit -> what counts as one unit of margin in it: the smallest scale of its ``tags``; 1 for mixed formulas."""
+    found: dict[str, float] = {}
+    for tag in tags:
+        found[tag.unit] = min(found.get(tag.unit, tag.scale), tag.scale)
+    return found | {"1": 1.0}

@@ -6,7 +6,8 @@ read as it should a minute after, and a fouled jacket was what explained that.
 
     cost of an explanation = max(0, ln p(readings of then | what was known) - ln p(readings of then | explanation))
 
-each at the best of :data:`SIZES`, because sizes were other ones then. Nothing is charged of what was said before.
+each at the best of :data:`SIZES`, because sizes were other ones then: an explanation is charged alike at every size.
+Nothing is charged of what was said before.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,7 +22,7 @@ from homeostat.twin.history import Window
 from homeostat.twin.isolation.course import continues
 from homeostat.twin.isolation.evidence import Evidence
 
-SIZES = (0.5, 0.7, 0.85, 1.0, 1.2, 1.5)
+SIZES = (0.2, 0.35, 0.5, 0.7, 0.85, 1.0, 1.2, 1.5)
 """Multiples of the size that is said now with which readings of then are explained [1]."""
 MOST_NATS = 30.0
 """What is charged at most: a model errs, and more is not needed [nats]."""
@@ -43,8 +44,8 @@ class Claims:
     def __init__(self, known: FaultSet, said: Sequence[FaultSet], evidence: Evidence, first_s: float, past: Past):
         """``known`` is what was likeliest, ``said`` all that was said before, of what began before ``first_s`` [s]."""
         self._known, self._said, self._evidence, self._first_s = known, said, evidence, first_s
-        self._past, self._then, self._best = past, list[Evidence](), -np.inf
-        self._looked, self._costs = False, dict[tuple[str, ...], float]()
+        self._past, self._then = past, dict[float, tuple[Evidence, float] | None]()
+        self._costs = dict[tuple[tuple[str, float], ...], float]()
 
     def of(self, faults: FaultSet) -> float:
         """What an explanation is charged [nats]; 0 where it says nothing new of the time before."""
@@ -53,33 +54,34 @@ class Claims:
         new = [f for f in old if not any(continues(f, k, modes) for each in self._said for k in each)]
         if not self._known or not new:
             return 0.0
-        names = tuple(f.fault for f in old)
+        names = tuple((f.fault, f.onset_s) for f in old)
         if names not in self._costs:
-            self._costs[names] = self._cost(old)
+            self._costs[names] = self._cost(old, min(f.onset_s for f in new))
         return self._costs[names]
 
-    def _cost(self, faults: FaultSet) -> float:
-        if not self._looked:
-            self._look()
-        if not self._then or not np.isfinite(self._best):
-            return 0.0
-        return float(np.clip(self._best - self._likelihood(faults), 0.0, MOST_NATS))
+    def _cost(self, faults: FaultSet, began_s: float) -> float:
+        if began_s not in self._then:
+            self._then[began_s] = self._look(began_s)
+        then = self._then[began_s]
+        return 0.0 if then is None else float(np.clip(then[1] - _likelihood(then[0], faults), 0.0, MOST_NATS))
 
-    def _look(self) -> None:
-        """Look at the readings of then, once, and ask what explains them of what was known."""
-        self._looked, began_s = True, min(f.onset_s for f in self._known)
+    def _look(self, began_s: float) -> tuple[Evidence, float] | None:
+        """The readings around a beginning, and how likely they are with what was known; None where nobody can say."""
         window = self._past(began_s)
         if window is None or window.length - 1 - window.row(began_s) < FEWEST:
-            return
+            return None
         try:
-            self._then.append(self._evidence.on(window))
+            evidence = self._evidence.on(window)
         except ProcessError:  # the readings at the beginning are no state of the model
-            return
-        self._best = self._likelihood(self._known)
+            return None
+        best = _likelihood(evidence, self._known)
+        return (evidence, best) if np.isfinite(best) else None
 
-    def _likelihood(self, faults: FaultSet) -> float:
-        sets = [tuple(replace(f, severity=size * f.severity) for f in faults) for size in SIZES]
-        try:
-            return float(np.max(self._then[0].likelihoods(sets)))
-        except ProcessError:
-            return -np.inf
+
+def _likelihood(evidence: Evidence, faults: FaultSet) -> float:
+    """Log-likelihood of ``faults`` at their best size [nats]; minus infinity where the model breaks down with them."""
+    sets = [tuple(replace(f, severity=size * f.severity) for f in faults) for size in SIZES]
+    try:
+        return float(np.max(evidence.likelihoods(sets)))
+    except ProcessError:
+        return -np.inf

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from homeostat.domain.diagnosis import Hypothesis, by_fault_set
 from homeostat.twin.carried import FaultSet
 from homeostat.twin.history import Window
 from homeostat.twin.isolation.evidence import Evidence, Fit
@@ -35,6 +36,8 @@ SIZES = (0.97, 1.0, 1.03)
 SMALLER = tuple(0.05 * k for k in range(4, 20))
 """The same, of which none may explain a stretch clearly better than nothing: a size that was thought far too large is
 refuted by a fault that is there as much as by one that has gone [1]."""
+LEAST_LEFT = 0.5
+"""Share of the likeliest size below which another one that was said is not asked whether it has ended [1]."""
 LESS_NATS = 1.0
 """By how much one of these must for that [nats]: noise alone gives the best of them so much in one stretch of a
 hundred."""
@@ -57,6 +60,19 @@ def stretch(window: Window) -> Window:
     that it had.
     """
     return replace(window, settle_rows=min(window.settle_rows, max(window.length // SETTLE, 3)))
+
+
+def left_open(said: Sequence[Hypothesis]) -> list[FaultSet]:
+    """Every size that was ``said`` of each set of faults, the likeliest first, but what is far less than that.
+
+    How little of a fault may be there still is :data:`SMALLER`'s to ask.
+    """
+    likeliest = {each.name: {f.fault: abs(f.severity) for f in each.faults} for each in by_fault_set(said)}
+
+    def near(each: Hypothesis) -> bool:
+        return all(abs(f.severity) >= LEAST_LEFT * likeliest[each.name][f.fault] for f in each.faults)
+
+    return list(dict.fromkeys(each.faults for each in said if near(each)))
 
 
 def begins_in(window: Window, known: Sequence[FaultSet]) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 
 from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultMode, FaultState, Hypothesis, by_fault_set
 from homeostat.twin.carried import FaultSet
-from homeostat.twin.isolation.claims import Claims
+from homeostat.twin.isolation.claims import MOST_NATS, Claims
 from homeostat.twin.isolation.course import continues
 from homeostat.twin.isolation.prior import Prior, Size
 from homeostat.twin.isolation.search import Scored
@@ -22,8 +22,6 @@ from homeostat.twin.isolation.sizes import SizeError
 REPAIRED_NATS = 5.0
 """What an explanation loses for each fault that was known and that it has no place for."""
 
-NEAR_NATS = 20.0
-"""Whatever is less likely than the best by more is not asked what it claims [nats]."""
 LEAST_SHARE = 0.01
 """Standard deviation of a size of before at least, as a share of the range that it may have [1]."""
 
@@ -106,7 +104,9 @@ class Memory:
         What is near the best is charged for what it claims of the time before.
         """
         found = [replace(s, score=s.score + max(self._gain(h, s.faults) for h in self._hypotheses)) for s in scored]
-        near = max((s.score for s in found), default=0.0) - NEAR_NATS
+        near = max((s.score for s in found), default=0.0) - MOST_NATS
+        for s in sorted((s for s in found if s.score > near), key=lambda s: -s.score):
+            self._claims.of(s.faults)  # what it costs is asked at the best size of each
         return [replace(s, score=s.score - self._claims.of(s.faults)) if s.score > near else s for s in found]
 
     def _gain(self, hypothesis: Remembered, faults: FaultSet) -> float:

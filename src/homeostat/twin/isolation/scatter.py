@@ -34,7 +34,10 @@ def _ratio(own: Table, alike: Table, healthy: Flags, present: Flags, share: floa
     if np.count_nonzero(healthy) >= LEARNED:
         commanded, noise = _of_model(alike[:, healthy], share)
         if noise > commanded / 2.0:
-            factor = float(np.clip((_mean_square(own[:, healthy], share) - commanded) / noise, *_USUAL))
+            shown = (_mean_square(own[:, healthy], share) - commanded) / noise
+            if shown < _USUAL[0] and share != KEPT[0]:  # most of what a coarse instrument shows is no difference at all
+                return math.inf
+            factor = float(np.clip(shown, *_USUAL))
     commanded, noise = _of_model(alike[:, present], share)
     left = max(_mean_square(own[:, present], share) - _COMMANDED * commanded, 0.0)
     return math.sqrt(left / (factor * noise)) if noise > 0.0 else 0.0
