@@ -101,9 +101,9 @@ class _Counting:
         """Itself: it is frozen already."""
         return self
 
-    def try_many(self, ensemble: Ensemble, schedules: Values, refuse: bool = True) -> Any:
+    def try_many(self, ensemble: Ensemble, schedules: Values, refuse: bool = True, every_tick: bool = False) -> Any:
         self.rollouts += len(schedules) * len(ensemble.weights)
-        return self._twin.try_many(ensemble, schedules, refuse=refuse)
+        return self._twin.try_many(ensemble, schedules, refuse=refuse, every_tick=every_tick)
 
     def follow_many(self, ensemble: Ensemble, routes: Sequence[ActionSet], refuse: bool = True) -> Any:
         self.rollouts += len(routes) * len(ensemble.weights)

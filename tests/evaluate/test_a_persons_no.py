@@ -61,6 +61,6 @@ def test_where_physics_leaves_a_time_the_fallback_acts_when_it_is_over(answer: A
     acted_s = next(at_s for event, at_s in person.seen if isinstance(event, FallbackActivated))
     by_s = [event.act_by_s for event, at_s in person.seen if isinstance(event, Armed) and at_s < acted_s]
     assert acted_s == by_s[-1], "not a second after the no"
-    assert alarms(person)[0].endswith(f"; physics leaves time until {by_s[0]:.0f} s")
+    assert alarms(person)[0].endswith(f"; physics leaves time until {by_s[-1]:.0f} s")
     assert result.actor == "fallback" and result.reason == "recovery has not acted in the time that physics leaves"
     assert all(exposure.total_s == 0.0 for exposure in result.exposures)
