@@ -186,6 +186,25 @@ class Hypothesis:
 
 
 @dataclass(frozen=True, slots=True)
+class Recurrence:
+    """Symptoms that have come and gone by themselves, and are no larger now and stand no longer than before."""
+
+    rules: tuple[str, ...]
+    """Names of their symptom rules."""
+    times: int
+    """How often one of them came and went, at most; each did once at least."""
+    longest_s: float
+    """How long one of them stood, at most [s]."""
+
+    @property
+    def text(self) -> str:
+        """One sentence for people."""
+        went = f"went within {self.longest_s:.0f} s by themselves"
+        come = f"{', '.join(self.rules)} came up to {self.times} times and {went}"
+        return f"{come}: nothing is done unless they grow larger or stand longer"
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnosis:
     """What monitoring holds to be wrong at one moment, each hypothesis with its probability."""
 
@@ -203,6 +222,9 @@ class Diagnosis:
     """Whether it was worked out anew; False where it was only seen that what was said before is not over."""
     doubts: bool = False
     """Whether that nothing is wrong is likelier than not: what else it may be is told, and no cause is acted on."""
+
+    recurs: Recurrence | None = None
+    """What has come and gone by itself before, where that is all that is seen now; None where it is not."""
 
     @property
     def faulty(self) -> bool:

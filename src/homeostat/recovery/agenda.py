@@ -38,7 +38,7 @@ class RecoveryMemory:
 class Stance(Enum):
     """What is to be done about a plant that was looked at."""
 
-    LEAVE = "It is left as it is: all is well, or proposers have found nothing before and nothing is new."
+    LEAVE = "It is left as it is: all is well, it was so before, or proposers have found nothing and nothing is new."
     ACCEPT = "It is left as it is for good: the batch is over, and safe with these symptoms."
     IMPROVE = "It is left as it is unless something costs less."
     PREFER = "It is left as it is unless something is approved: a step is asked for, or the way back."
@@ -103,7 +103,10 @@ class Agenda:
 
         ``worthwhile``: there is something to win by doing anything. A plant in which nothing is wrong, and everything
         that protects it holds, is left as it is also where it stands elsewhere than its state says: somebody moved it.
+        So is one in which only what has come and gone by itself is seen: whatever explains the last of it, it was kept.
         """
+        if look.diagnosis.recurs is not None and not (due or deviates or self.finished(look.state)):
+            return Stance.LEAVE
         sound = look.harmless and not look.diagnosis.faulty and not deviates
         if (look.fine or sound) and not due and (not worthwhile or self._calm(memory, look)):
             return Stance.LEAVE

@@ -1,7 +1,8 @@
 """Endings: how recovery ends where nothing is released."""
 
+from homeostat.domain.diagnosis import Recurrence
 from homeostat.domain.events.recovery import Concluded, NoActionTaken
-from homeostat.domain.observation import Arm, FallBack, NoAction
+from homeostat.domain.observation import Arm, Correction, FallBack, NoAction
 from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Rollout, Verdict
 from homeostat.recovery.arming import TimeLeft
 from homeostat.recovery.scene import Scene
@@ -16,14 +17,17 @@ def nothing_is_known(scene: Scene, limit_s: float) -> None:
 
 
 def take_no_action(
-    scene: Scene, verdict: Verdict, idle: Rollout, armed: TimeLeft, late: bool = False
+    scene: Scene, verdict: Verdict, idle: Rollout, armed: TimeLeft, late: bool = False, recurs: Recurrence | None = None
 ) -> NoActionNeeded:
     """Say by which margins the plant does without help; ``idle`` is what was judged.
 
-    ``late``: something better was looked for, and not found in time.
+    ``late``: something better was looked for, and not found in time; ``recurs``: what came and went by itself before.
     """
     worst = min(verdict.findings, key=lambda f: f.margin)
-    scene.record(NoActionTaken(scene.now.state, worst.margin, verdict.findings, len(idle.weights), late))
+    text = "" if recurs is None else recurs.text
+    if recurs is not None:  # what explains the last of it alone has been wrong before: readings count as they are
+        scene.send(Correction(()))
+    scene.record(NoActionTaken(scene.now.state, worst.margin, verdict.findings, len(idle.weights), late, text))
     stand_down(scene, armed)
     return NoActionNeeded(scene.seen_s, worst.margin, late)
 

@@ -13,7 +13,7 @@ from homeostat.domain.plant.description import PlantDescription
 from homeostat.process.effects import Effects
 from homeostat.process.model import ProcessModel, column
 from homeostat.process.moves import Move, MoveKind
-from homeostat.process.types import Table
+from homeostat.process.types import Table, Vec
 from homeostat.twin.history import Window
 
 FaultSet: TypeAlias = tuple[FaultState, ...]
@@ -47,6 +47,18 @@ class Carried:
         """All of them ``count`` times, one after the other."""
         severity, onset = (np.tile(table, (count, 1)) for table in (self.severity, self.onset_s))
         return Carried(severity, onset, self.moves * count)
+
+
+def shares(hypotheses: Sequence[Hypothesis]) -> Vec:
+    """Probability of each among those that a twin can carry [1], shape (hypotheses,).
+
+    That something else is wrong has a share only where nothing else is said: it is rolled out as a plant of which
+    nothing is known, and what is not known to violate a limit must not make a risk look smaller.
+    """
+    other = all(h.something_else for h in hypotheses)
+    found: Vec = np.array([h.probability * (other or not h.something_else) for h in hypotheses])
+    found /= found.sum()
+    return found
 
 
 def joined(each: Sequence[Carried]) -> Carried:

@@ -28,7 +28,7 @@ from homeostat.process.sequence import Guard, InputSequence
 from homeostat.process.types import Cube, Flags, Indices, Table, Vec
 from homeostat.stl.formula import Formula
 from homeostat.twin.calibration import Posterior, Present, calibrate, prior
-from homeostat.twin.carried import Carrier, FaultSet
+from homeostat.twin.carried import Carrier, FaultSet, shares
 from homeostat.twin.forecast import Ensemble, Forecast, Past, after, follow, forecast, synchronise
 from homeostat.twin.history import History, Window
 from homeostat.twin.isolation.ended import STRETCHES, Ended
@@ -239,8 +239,7 @@ class Twin:
         ``name`` is that of the draw: another one is independent of it.
         """
         chance = generator(self._seed, Stream.TWIN_CERTIFY, name)
-        probability = np.array([h.probability for h in hypotheses])
-        follows = chance.choice(len(hypotheses), size=count, p=probability / probability.sum())
+        follows = chance.choice(len(hypotheses), size=count, p=shares(hypotheses))
         changes = np.vstack(
             [self._posterior.change(h.faults) + np.zeros(len(self._posterior.mean)) for h in hypotheses]
         )

@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 
 from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultMode, FaultState, Hypothesis, with_a_twin
-from homeostat.twin.isolation.classes import LEAST_PROBABILITY, hypotheses
+from homeostat.twin.carried import shares
+from homeostat.twin.isolation.classes import LEAST_PROBABILITY, SPREAD_NATS, hypotheses
 from homeostat.twin.isolation.search import Scored
 from tests.twin.followed import reactor
 
@@ -53,3 +54,38 @@ def test_what_is_not_worth_a_word_goes_to_something_else() -> None:
 def test_where_nothing_fits_something_else_is_as_likely_as_not() -> None:
     found = hypotheses([replace(each) for each in EXPLANATIONS], -50.0, MODES, named=False, misled=0.1)
     assert other(found) == 0.5 and with_a_twin(found) == found
+
+
+@pytest.mark.parametrize(("behind", "said"), [(0.1, True), (2.0, True), (5.0, False)])
+def test_of_two_faults_of_one_item_the_other_stands_beside_where_it_explains_about_as_well(
+    behind: float, said: bool
+) -> None:
+    """What is done about a valve that is stuck closed is wrong about one that is stuck open."""
+    found = hypotheses([scored("cool_stuck_closed", 0.0), scored("cool_stuck_open", -behind)], -50.0, MODES)
+    assert found[0].name == "cool_stuck_closed"
+    assert ("cool_stuck_open" in {h.name for h in found}) is said
+    assert sum(h.probability for h in found) == pytest.approx(1.0)
+
+
+def test_one_item_is_as_sure_as_before_however_many_names_it_has() -> None:
+    one = hypotheses([scored("cool_stuck_closed", 0.0), scored("fouling", -1.0)], -50.0, MODES)
+    two = hypotheses(
+        [scored("cool_stuck_closed", 0.0), scored("cool_stuck_open", -0.5), scored("fouling", -1.0)], -50.0, MODES
+    )
+    of_the_valve = [sum(h.probability for h in found if h.name.startswith("cool_stuck")) for found in (one, two)]
+    assert of_the_valve[1] == pytest.approx(of_the_valve[0])
+
+
+def test_a_bound_of_a_size_is_not_lost_to_the_last_bit() -> None:
+    """It is as much worse as a bound may be, but for what comes of adding and dividing."""
+    best = scored("fouling", 0.3)
+    bound = Scored((FaultState("fouling", 2.0 * best.faults[0].severity, 100.0),), 0.3 - SPREAD_NATS - 1e-15)
+    assert len(hypotheses([best, bound], -50.0, MODES)) == 2
+
+
+def test_what_no_twin_can_carry_makes_no_risk_smaller() -> None:
+    said = hypotheses(EXPLANATIONS, -50.0, MODES, named=False)
+    drawn = shares(said)
+    assert sum(p for h, p in zip(said, drawn, strict=True) if h.something_else) == 0.0
+    assert drawn.sum() == pytest.approx(1.0)
+    assert shares([h for h in said if h.something_else]).tolist() == [1.0]

@@ -9,6 +9,7 @@ from homeostat.agents.hypotheses import probabilities
 from homeostat.agents.monitoring.clearing import Clearing, may_return
 from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.agents.monitoring.followed import Followed
+from homeostat.agents.monitoring.recurring import Recurring
 from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.agents.monitoring.stepped import Stepped
 from homeostat.agents.monitoring.still import Picture, Still
@@ -57,6 +58,7 @@ class TwinMonitoring:
         self._watches = [SymptomWatch(r, baselines[r.feature]) for r in description.symptom_rules]
         self._held = frozenset(loop.process_variable for loop in description.loops)
         self._followed = Followed(description, self._watches)
+        self._recurring = Recurring(self._watches, {t: description.tag(t).range.span for t in description.writables})
         self._every = tuple(fault.name for fault in description.faults)
         self._sums = {f.name: 0.0 for f in description.features}
         self._counted = 0
@@ -113,6 +115,10 @@ class TwinMonitoring:
 
         That the batch ``deviates`` from its prediction is evidence enough: each fault is tried, and none is waited for.
         """
+        found = self._diagnosed(deviates)
+        return replace(found, recurs=self._recurring.of(self._at_s, bool(self._still.symptoms)))
+
+    def _diagnosed(self, deviates: bool) -> Diagnosis:
         ended, fits = self._ended()
         if ended is not None and (fits or not self._symptoms):
             return ended
@@ -199,6 +205,7 @@ class TwinMonitoring:
         Nobody is known to have mended it, so that it may come back: for the time of a review that is doubted, and told.
         """
         self._doubts, self._returns_until_s = may_return(self._said), self._at_s + self._settings.review_s
+        self._recurring.over(min((f.onset_s for f in self._known), default=math.inf))
         over, self._known, self._said, self._last, self._told = self._known, (), (), (), frozenset()
         self._twin.believe(())
         self._open = frozenset()
@@ -251,6 +258,7 @@ class TwinMonitoring:
             value = values[watch.rule.feature]
             if value is not None:  # what is not known neither begins a symptom nor ends one
                 watch.update(value, snapshot.at_s)
+        self._recurring.take(snapshot, values)
         self._still.judge(snapshot.at_s)
         self._followed.take(snapshot)
         active = (*(w.active for w in self._watches if w.active is not None), *self._still.symptoms)
@@ -308,7 +316,7 @@ class TwinMonitoring:
         found = bool(fresh)
         self._checks = clears and not found
         self._again = found and fresh <= self._open
-        return found or clears
+        return found or clears or self._recurring.outgrew
 
     def _in_any_transient(self, symptom: Symptom) -> bool:
         """Whether no transient of the process raises ``symptom``: what it is about has another cause."""

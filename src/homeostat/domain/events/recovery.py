@@ -205,6 +205,8 @@ class NoActionTaken:
     """Members of the rollout; 0 in records that are older than this field."""
     late: bool = False
     """Whether something better was looked for, and not found in the time that there was."""
+    recurs: str = ""
+    """What came and went by itself before and is as it was then, for which nothing is done; empty for nothing."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -187,7 +187,8 @@ class Story:
 
 def _let_be(event: NoActionTaken, at_s: float) -> Line:
     why = "was found in time" if event.late else "needed" if event.min_margin >= 0.0 else "would cost less"
-    return Line(at_s, "no action", f"{why} in {event.state!r}", Tone.MUTED)
+    text = event.recurs or f"{why} in {event.state!r}"
+    return Line(at_s, "no action", text, Tone.MUTED)
 
 
 def _wait(event: Waited, at_s: float) -> Line:

@@ -21,7 +21,7 @@ from homeostat.process.blocks.true import TrueFlowsheet
 from homeostat.process.departures import Departures
 
 DEPARTURES = Departures(
-    actuators=("V1", "P1", "V2"),
+    actuators=("V1", "P1", "V2", "XV1"),
     instruments=("T1", "L1", "F1", "F2", "F3", "T2", "T3", "V1_zt", "P1_zt", "V2_zt"),
     structure=(
         "V1_rangeability", "V2_rangeability", "P1_head", "jacket_exponent", "wall_J_K", "wall_W_K", "agitator_W",
