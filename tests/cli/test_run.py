@@ -21,7 +21,7 @@ KEYS = (
     "schema", "case", "fault", "disturbances", "mismatch", "seed", "outcome", "actor", "onset_s",
     "detected_s", "released_s", "attempts",
     "hypotheses", "actions", "min_margin", "limit_exposure_s", "production_loss", "cost", "cost_alone",
-    "state", "complete_s", "nominal_s", "totals", "steps", "probes", "thinking_s", "wall_s", "trace",
+    "foreseen", "state", "complete_s", "nominal_s", "totals", "steps", "probes", "thinking_s", "wall_s", "trace",
 )  # fmt: skip
 
 

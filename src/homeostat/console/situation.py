@@ -31,6 +31,7 @@ from homeostat.domain.events.recovery import (
     Compared,
     Concluded,
     Diagnosed,
+    Doubted,
     FaultsEnded,
     GaveUp,
     NoActionTaken,
@@ -38,6 +39,7 @@ from homeostat.domain.events.recovery import (
     Probed,
     ReleasedActions,
     ReleaseRefused,
+    SymptomsCleared,
     Waited,
 )
 from homeostat.domain.events.trips import (
@@ -212,7 +214,7 @@ def _of_recovery(now: Situation, event: Event, at_s: float) -> None:
             now.end_s = _number(event.settings.get("end_s"))
         case RunFinished():
             now.finished, now.thinking_s, now.act_by_s = event.outcome, None, None
-        case Noticed() | Diagnosed() | Attempted():
+        case Noticed() | Diagnosed() | Doubted() | Attempted():
             now.thinking_s, now.waits, now.probe_s, now.decided = at_s, None, None, ""
         case Waited():
             now.thinking_s, now.waits, now.decided = None, (event, at_s + event.seconds), ""
@@ -252,7 +254,7 @@ def _ahead(now: Situation, event: Event, at_s: float) -> None:
             now.outlook, now.done, now.advised, now.decided = given, ("release", at_s), "", ""
         case FallbackActivated():
             now.outlook, now.done, now.advised, now.decided = None, (event.strategy, at_s), "", ""
-        case FaultsEnded():
+        case FaultsEnded() | SymptomsCleared():
             now.outlook, now.advised, now.done = None, "", None
         case NoActionTaken() | ReleaseRefused():
             now.advised = now.decided = ""

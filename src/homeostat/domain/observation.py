@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from homeostat.domain.alarm import Priority
 from homeostat.domain.mode import Mode, PersonCommand
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.request import Answer, Request
@@ -94,12 +95,14 @@ class FallBack:
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """Somebody beside the guard is broken; a person must know."""
+    """Somebody beside the guard is broken, or knows of something that a person must know, too."""
 
     name: str
     """Identifier of the alarm: ``recovery``."""
     cause: str
     """One sentence."""
+    priority: Priority = Priority.HIGH
+    """How soon a person must respond."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.journal.beside.files import write_whole
 from homeostat.plants.plant import Plant
 from homeostat.record.directory import RunDirectory
+from homeostat.record.foretold import Foretold, foretold
 from homeostat.record.probes import probes_made
 from homeostat.record.result import Exposure, Result, StepScores
 from homeostat.record.run_record import RunRecord
@@ -127,6 +128,14 @@ class Run:
         """Process time at which the plant left start-up [s]."""
         return self.record.started_s(self.truth.start_s)
 
+    @property
+    def foreseen(self) -> Foretold | None:
+        """When a hard limit would have tripped, as it was foreseen last before anything was done; None for never."""
+        record = self.record
+        acted = [at_s for at_s, _ in record.fallbacks]
+        acted += [] if record.released_s is None else [record.released_s]
+        return foretold(record.foreseen, min(acted, default=None), self.plant.description)
+
     def result(self, folder: Path) -> Result:
         """As ``result.json`` has it, whose record is in ``folder``; what is not a finite number is None there."""
         return Result(
@@ -158,6 +167,7 @@ class Run:
             disturbances=tuple(map(str, self.scenario.disturbances)),
             mismatch=self.scenario.mismatch,
             probes=probes_made(self.record.entries),
+            foreseen=self.foreseen,
         )
 
     def events(self, kind: type[E]) -> tuple[E, ...]:

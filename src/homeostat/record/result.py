@@ -12,6 +12,7 @@ from homeostat.domain.outcome import Outcome, outcome_named
 from homeostat.domain.recovery import Command
 from homeostat.journal.beside.files import RESULT
 from homeostat.journal.encode import Json
+from homeostat.record.foretold import Foretold
 from homeostat.record.probes import ProbeMade
 
 SCHEMA = 2
@@ -125,6 +126,9 @@ class Result:
     cost_alone: Cost | None = None
     """What leaving the plant alone would have cost over the same time; None where nothing was released, the fallback
     acted, it is not known, or in results that are older."""
+    foreseen: Foretold | None = None
+    """When a hard limit would have tripped, as it was foreseen last before anything was done; None where none was to,
+    or in results that are older."""
 
     @property
     def good(self) -> bool:
@@ -163,6 +167,7 @@ class Result:
                 "production_loss": self.production_loss,
                 "cost": None if self.cost is None else _cost(self.cost, self.currency),
                 "cost_alone": None if self.cost_alone is None else _cost(self.cost_alone, self.currency),
+                "foreseen": None if self.foreseen is None else asdict(self.foreseen),
                 "state": self.state,
                 "complete_s": self.complete_s,
                 "nominal_s": self.nominal_s,
@@ -201,6 +206,7 @@ def read_result(run_dir: Path) -> Result | None:
                 "probes": tuple(map(_probe, content.get("probes", ()))),
                 **_read_cost(content.get("cost")),
                 "cost_alone": _read_cost(content.get("cost_alone"))["cost"],
+                "foreseen": None if (told := content.get("foreseen")) is None else Foretold(**told),
                 "limit_exposure_s": tuple(
                     Exposure(name, e["from_detection"] or 0.0, e["total"]) for name, e in exposure.items()
                 ),

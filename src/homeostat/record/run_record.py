@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Self, TypeVar
 
 from homeostat.domain.diagnosis import FaultState, Hypothesis
+from homeostat.domain.events.foresight import Foreseen
 from homeostat.domain.events.guard import StartUpBegan, StartUpEnded, StateEntered
 from homeostat.domain.events.recovery import Attempted, Diagnosed, Remarked, Waited
 from homeostat.domain.events.trips import FallbackActivated, Tripped
@@ -141,6 +142,11 @@ class RunRecord:
     def diagnosed(self) -> list[tuple[float, Diagnosed]]:
         """Every report of monitoring, after its process time [s]."""
         return self._timed(Diagnosed)
+
+    @property
+    def foreseen(self) -> list[tuple[float, Foreseen]]:
+        """Every time that the twin looked ahead, after its process time [s]."""
+        return self._timed(Foreseen)
 
     @property
     def attempts(self) -> tuple[Attempted, ...]:

@@ -8,9 +8,10 @@ from typing import TypeVar
 
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.roles import Simulation, Situation
+from homeostat.domain.alarm import Priority
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.observation import Message, Observation, Trouble
+from homeostat.domain.observation import Message, Observation, Settled, Trouble
 from homeostat.domain.ports import Desk
 from homeostat.domain.request import Answer, Request
 from homeostat.domain.snapshot import Snapshot
@@ -117,9 +118,13 @@ class Scene:
         """The guard's final answer to ``request``; it is withdrawn after ``within_s`` [s]."""
         return await self._desk.ask(request, within_s)
 
-    def alarm(self, name: str, cause: str) -> None:
+    def alarm(self, name: str, cause: str, priority: Priority = Priority.HIGH) -> None:
         """Call a person: ``cause`` is one sentence."""
-        self.send(Trouble(f"recovery:{name}", cause))
+        self.send(Trouble(f"recovery:{name}", cause, priority))
+
+    def settle(self, name: str) -> None:
+        """What a person was called for is over."""
+        self.send(Settled(f"recovery:{name}"))
 
     def record(self, event: Event, at_s: float | None = None) -> None:
         """Say that ``event`` happened at ``at_s``, now where None; what was asked of the graph before it goes first.

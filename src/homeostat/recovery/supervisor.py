@@ -17,6 +17,7 @@ from homeostat.recovery.arming import Arming, TimeLeft
 from homeostat.recovery.endings import fall_back, nothing_is_known, stand_down, take_no_action
 from homeostat.recovery.intervention import InterventionPolicy
 from homeostat.recovery.judging import Judging
+from homeostat.recovery.look.doubts import Doubts
 from homeostat.recovery.look.news import Look
 from homeostat.recovery.look.prospect import Prospect
 from homeostat.recovery.look.watch import Watch
@@ -45,6 +46,7 @@ class RecoveryLoop:
         self._watch = Watch(agents.monitoring)
         self._progress = ProgressMonitor(bounds.intervention.slack_s, bounds.intervention.repeat_s)
         self._prospect = Prospect(scene, agents, rules, self._progress, bounds)
+        self._doubts = Doubts(scene, self._prospect, rules)
         self._arming = Arming(scene, agents.simulation, rules, bounds.budget)
         self._probes = Probes(scene, agents, rules, check, self._progress, bounds)
         self._waits = Waits(scene, bounds.intervention.waits)
@@ -65,6 +67,7 @@ class RecoveryLoop:
                 self._waits.drop()
                 self._memory = replace(self._memory, unanswered=False)
                 continue
+            self._doubts.follow(self._watch.symptoms)
             if noticed and not self._agenda.settled(self._memory, self._scene.now.state, self._watch.symptoms):
                 self._memory = replace(self._memory, unanswered=True)
             if self._desk.behind:  # what passed while somebody thought is watched first
@@ -81,6 +84,7 @@ class RecoveryLoop:
         scene, deviates = self._scene, deviation is not None
         try:
             scene.record(Noticed(tuple(s.rule for s in self._watch.symptoms)))
+            self._doubts.notice(self._watch.symptoms)
             if deviation is not None:
                 scene.record(deviation)
             try:
@@ -95,16 +99,17 @@ class RecoveryLoop:
             if diagnosis.ended_s is not None:
                 scene.record(FaultsEnded(diagnosis.ended, diagnosis.ended_s))
                 self._proposals.passed(diagnosis.ended)
+            self._doubts.tell(diagnosis)
             self._memory = self._agenda.after_diagnosis(self._memory, diagnosis, scene)
             over = self._waits.end(diagnosis), self._probes.end(diagnosis)
             probed, waited = any(e.held for e in over), any(e.whole for e in over)
             due = any(e.waited for e in over) or diagnosis.ended_s is not None or self._is_asked_for()
             if diagnosis.symptoms or diagnosis.faulty or deviates or due or scene.now.act_by_s is not None:
                 outcome = await self.recover(diagnosis, deviates, probed, waited)
-                if isinstance(outcome, FallbackNeeded):
-                    return  # until the fallback has acted it may still be overtaken
-                if diagnosis.faulty or ((deviates or diagnosis.symptoms) and isinstance(outcome, Released)):
+                acts = diagnosis.faulty or ((deviates or diagnosis.symptoms) and isinstance(outcome, Released))
+                if acts and not isinstance(outcome, FallbackNeeded):  # that may still be overtaken until it has acted
                     self._watch.follow(outcome)
+                await self._doubts.escalate(diagnosis, outcome, self._watch.symptoms)
             else:
                 scene.record(Concluded("nothing is wrong, and nothing is asked for"))
         finally:

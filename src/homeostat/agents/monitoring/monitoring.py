@@ -14,6 +14,7 @@ from homeostat.agents.monitoring.settings import MonitoringSettings
 from homeostat.agents.monitoring.stepped import Stepped
 from homeostat.agents.monitoring.still import Picture, Still
 from homeostat.agents.monitoring.symptoms import SymptomWatch
+from homeostat.agents.monitoring.unexplained import Unexplained
 from homeostat.domain.diagnosis import (
     AS_LIKELY_AS_NOT,
     Diagnosis,
@@ -72,7 +73,7 @@ class TwinMonitoring:
         self._known: tuple[FaultState, ...] = ()
         self._last: tuple[Symptom, ...] = ()
         self._stopped = False
-        self._unexplained_s = self._settings.repeat_s
+        self._situation = Unexplained(self._settings.repeat_s, self._settings.review_s)
         self._said: tuple[Hypothesis, ...] = ()
         self._doubts: tuple[Hypothesis, ...] = ()
         self._returns_until_s = math.inf
@@ -158,8 +159,8 @@ class TwinMonitoring:
         rules = frozenset(s.rule for s in self._symptoms)
         indicates = {rule: self._indicates.get(rule, frozenset()) for rule in rules}
         self._open = frozenset(r for r in rules if told and indicates[r] and not indicates[r] & faults)
-        wait_s = min(self._unexplained_s, self._settings.review_s)
-        self._unexplained_s = 2.0 * wait_s if self._open else self._settings.repeat_s
+        self._situation.explained(rules - self._open)
+        wait_s = self._situation.left(self._open, self._at_s) if self._open else self._settings.review_s
         self._told = (self._told | rules) - self._open
         waits_s = {rule: wait_s if rule in self._open else self._settings.review_s for rule in rules}
         self._acknowledged.update({rule: self._at_s + for_s for rule, for_s in waits_s.items()})
@@ -211,15 +212,16 @@ class TwinMonitoring:
         self._open = frozenset()
         self._review_at_s = self._first_s = None
         self._clearing.over()
+        self._situation.explained([s.rule for s in self._symptoms])
         self._acknowledged = self._still.unseen(self._acknowledged)
         self._acknowledged.update({s.rule: self._at_s + self._settings.transient_s for s in self._symptoms})
         return Diagnosis(self._at_s, (), self._doubts, over, since_s, doubts=bool(self._doubts))
 
     def _unexplained(self, hypotheses: tuple[Hypothesis, ...]) -> Diagnosis:
-        """Symptoms of which nothing is the best explanation; they are looked at again after longer and longer times."""
+        """Symptoms of which nothing is the best explanation; they are looked at again after longer and longer times,
+        and at once where another joins them or one has grown."""
         self._doubts, self._returns_until_s = hypotheses, math.inf
-        wait_s = min(self._unexplained_s, self._settings.review_s)
-        self._unexplained_s, self._first_s = 2.0 * wait_s, None
+        wait_s, self._first_s = self._situation.left([s.rule for s in self._symptoms], self._at_s), None
         self._acknowledged.update({s.rule: self._at_s + wait_s for s in self._symptoms})
         return Diagnosis(self._at_s, self._symptoms, hypotheses, doubts=True)
 
@@ -262,6 +264,8 @@ class TwinMonitoring:
         self._still.judge(snapshot.at_s)
         self._followed.take(snapshot)
         active = (*(w.active for w in self._watches if w.active is not None), *self._still.symptoms)
+        sizes = {w.rule.name: w.size for w in self._watches if w.active is not None}
+        self._situation.take({s.rule: s.severity for s in self._still.symptoms} | sizes, snapshot.at_s)
         known = {k: v for k, v in values.items() if v is not None}
         if self._known:
             self._adapted_s, self._counted = snapshot.at_s, 0
@@ -309,13 +313,13 @@ class TwinMonitoring:
         fresh = {
             s.rule
             for s in self._symptoms
-            if self._acknowledged.get(s.rule, 0.0) <= at_s
+            if (self._acknowledged.get(s.rule, 0.0) <= at_s or self._situation.grew(s.rule))
             and not self._reads.get(s.rule, frozenset()) & waiting
             and (at_s >= self._quiet_until_s or self._in_any_transient(s))
         }
         found = bool(fresh)
         self._checks = clears and not found
-        self._again = found and fresh <= self._open
+        self._again = found and fresh <= self._open and not any(map(self._situation.grew, fresh))
         return found or clears or self._recurring.outgrew
 
     def _in_any_transient(self, symptom: Symptom) -> bool:

@@ -23,6 +23,8 @@ class SymptomWatch:
         self._since: float | None = None
         self.active: Symptom | None = None
         """The confirmed symptom; None while there is none."""
+        self.size = 0.0
+        """The last deviation on the side that counts, as a multiple of the threshold [1]."""
 
     def centre(self, mean: float) -> None:
         """Use this plant's own healthy mean; refused (kept at the design's) where it is implausible."""
@@ -70,7 +72,8 @@ class SymptomWatch:
 
     def update(self, value: float, at_s: float) -> Symptom | None:
         """The confirmed symptom after one more value, or None."""
-        deviation, excess = value - self._centre, self.excess(value)
+        deviation = value - self._centre
+        self.size = excess = self.excess(value)
         if excess >= 1.0:
             self._since = at_s if self._since is None else self._since
             if at_s - self._since >= self.rule.on_delay_s and self.active is None:

@@ -20,6 +20,7 @@ from homeostat.domain.events.recovery import (
     Noticed,
     ReleasedActions,
     ReleaseRefused,
+    SymptomsCleared,
     Waited,
 )
 from homeostat.domain.events.trips import FallbackActivated, Latched, LatchReset
@@ -104,7 +105,7 @@ class _Course:
                 self._fall((*_THOUGHT, Stands.WAITED), Stands.OVERTAKEN, "the plant is looked at again", entry)
             case NoActionTaken():
                 self._fall(_UNSENT, Stands.OVERTAKEN, "the plant is left as it is", entry)
-            case FaultsEnded():
+            case FaultsEnded() | SymptomsCleared():
                 self._fall(_UNSENT, Stands.OVERTAKEN, "what was wrong is over", entry)
             case Concluded(reason=reason):
                 ended = (*_THOUGHT, Stands.WAITED) if entry.at_s >= self.until_s else _THOUGHT

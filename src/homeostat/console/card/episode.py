@@ -22,6 +22,7 @@ from homeostat.domain.events.recovery import (
     Compared,
     Deviated,
     Diagnosed,
+    Doubted,
     FaultsEnded,
     GaveUp,
     NoActionTaken,
@@ -30,6 +31,7 @@ from homeostat.domain.events.recovery import (
     ReleaseRefused,
     Remarked,
     Strayed,
+    SymptomsCleared,
 )
 from homeostat.domain.events.trips import FallbackActivated, FallbackStands, Tripped
 from homeostat.domain.events.writes import Cause, WriteIntended
@@ -66,7 +68,7 @@ def last_episode(entries: Sequence[Entry]) -> Episode | None:
     """The last episode in ``entries``; None where nothing was ever seen."""
     begin = end = None
     for number, entry in enumerate(entries):
-        if isinstance(entry.event, FaultsEnded):
+        if isinstance(entry.event, FaultsEnded | SymptomsCleared):
             end = number if begin is not None and end is None else end
         elif _begins(entry) and (begin is None or end is not None):
             begin, end = number, None
@@ -116,7 +118,7 @@ def card(record: RunRecord, plant: KnownPlant, readings: Readings | None, at_s: 
     if episode is None:
         return None
     known = plant.description
-    diagnosed = _last(episode, Diagnosed)
+    diagnosed: tuple[float, Diagnosed | Doubted] | None = _last(episode, Diagnosed, Doubted)
     held = [] if diagnosed is None else [h for h in by_fault_set(diagnosed[1].hypotheses) if h.probability >= _LEAST]
     seen = _seen(episode, known)
     explanations = tuple(_explanation(h, seen, known) for h in held)
@@ -144,10 +146,10 @@ def card(record: RunRecord, plant: KnownPlant, readings: Readings | None, at_s: 
     )
 
 
-def _last(episode: Episode, kind: type[E]) -> tuple[float, E] | None:
-    """The last event of one class, after its time [s]."""
+def _last(episode: Episode, *kinds: type[E]) -> tuple[float, E] | None:
+    """The last event of these classes, after its time [s]."""
     for entry in reversed(episode.entries):
-        if isinstance(entry.event, kind):
+        if isinstance(entry.event, kinds):
             return entry.at_s, entry.event
     return None
 
@@ -171,7 +173,7 @@ def _seen(episode: Episode, plant: PlantDescription) -> tuple[Seen, ...]:
         match entry.event:
             case Noticed(symptoms=names):
                 found = dict.fromkeys(names) | found
-            case Diagnosed(symptoms=symptoms):
+            case Diagnosed(symptoms=symptoms) | Doubted(symptoms=symptoms):
                 found |= {symptom.rule: symptom for symptom in symptoms}
     shown = []
     for name, symptom in found.items():

@@ -18,7 +18,7 @@ from homeostat.console.readings import Readings
 from homeostat.console.trial.question import Bad, Question
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.guard import QualityChanged, StartUpEnded, StateEntered
-from homeostat.domain.events.recovery import Diagnosed
+from homeostat.domain.events.recovery import Diagnosed, Doubted
 from homeostat.domain.plant.state_machine import State
 from homeostat.journal.memory import Entry
 
@@ -172,6 +172,7 @@ def _diagnosis(entries: Sequence[Entry], at_s: float) -> Diagnosis:
     episode = last_episode(entries)
     if episode is not None and episode.over_s is None:
         for entry in reversed(episode.entries):
-            if isinstance(entry.event, Diagnosed):
-                return Diagnosis(entry.at_s, entry.event.symptoms, entry.event.hypotheses)
+            if isinstance(entry.event, Diagnosed | Doubted):
+                said = entry.event
+                return Diagnosis(entry.at_s, said.symptoms, said.hypotheses, doubts=isinstance(said, Doubted))
     return Diagnosis(at_s, (), ())

@@ -30,6 +30,30 @@ class Diagnosed:
 
 
 @dataclass(frozen=True, slots=True)
+class Doubted:
+    """That nothing is wrong is likelier than not: what else it may be, told once as long as it stays the same."""
+
+    kind: ClassVar[str] = "doubted"
+    symptoms: tuple[Symptom, ...]
+    """What was seen; empty where what was wrong is over, and may come back."""
+    hypotheses: tuple[Hypothesis, ...]
+    """What it may be, nothing among it; no cause is acted on."""
+    explained: bool
+    """Whether what is measured, and what the model is known to err by, is explanation enough."""
+
+
+@dataclass(frozen=True, slots=True)
+class SymptomsCleared:
+    """The symptoms that were noticed have gone, and nothing is held to be wrong."""
+
+    kind: ClassVar[str] = "symptoms-cleared"
+    symptoms: tuple[str, ...]
+    """Names of their rules."""
+    since_s: float
+    """Process time from which there is none any more [s]."""
+
+
+@dataclass(frozen=True, slots=True)
 class FaultsEnded:
     """What was wrong is over: readings of the last minutes need no explanation."""
 

@@ -93,7 +93,8 @@ class Troubles:
         if name not in self._lasting and len(self._lasting) >= MOST:
             raise ValueError(f"more than {MOST} troubles at once: {brief(trouble.cause)}")
         self._lasting.add(name)
-        self._alarms.raise_(name, brief(trouble.cause), Priority.HIGH, now_s)
+        priority = trouble.priority if isinstance(trouble.priority, Priority) else Priority.HIGH
+        self._alarms.raise_(name, brief(trouble.cause), priority, now_s)
 
     def end(self, settled: Settled, now_s: float) -> None:
         """The trouble is over, where there is one of that name."""

@@ -1,18 +1,21 @@
 """A run told line by line: live from its trace, or again from its journal; both give the same lines."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Final
 
 from homeostat.domain.alternative import AlternativeKind
-from homeostat.domain.diagnosis import FaultState, by_fault_set
+from homeostat.domain.diagnosis import FaultState, Symptom, by_fault_set
 from homeostat.domain.disturbance import Disturbance
+from homeostat.domain.events.foresight import Foreseen, Reached
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import (
     Attempted,
     Compared,
     Deviated,
     Diagnosed,
+    Doubted,
     FallbackArmed,
     FaultsEnded,
     GaveUp,
@@ -33,6 +36,7 @@ from homeostat.domain.quotation import printable, quote, quoted
 from homeostat.domain.remark import RemarkKind
 from homeostat.journal import Event, RunFinished, RunStarted
 from homeostat.journal.calls import ModelCalled
+from homeostat.record.foretold import first_hard
 from homeostat.record.run_record import RunRecord
 from homeostat.record.story.folding import ATTEMPT, Folding
 from homeostat.record.story.guard import GuardStory
@@ -57,6 +61,7 @@ class Story:
         self._reports = 0
         self._notices = 0
         self._asked: set[str] = set()
+        self._foretold: dict[str, float] = {}
         self._folding = Folding()
         self.phase = "starting"
         """What the system is doing, one word."""
@@ -95,7 +100,12 @@ class Story:
                 yield _departs(event, at_s)
             case Diagnosed():
                 yield from self._report(event, at_s)
+            case Doubted():
+                yield self._doubt(event, at_s)
+            case Foreseen() if not event.digest and event.first is not None:
+                yield from self._foresee(event, event.first, at_s)
             case FaultsEnded():
+                self._foretold = {}
                 yield self._over(event, at_s)
             case FallbackArmed() if not event.approved or self._reports == 1:
                 yield self._arm(event, at_s)
@@ -110,6 +120,7 @@ class Story:
             case GaveUp() if self.record.acted_s is None:
                 yield Line(at_s, "gave up", event.reason, Tone.MUTED)
             case ReleasedActions():
+                self._foretold = {}
                 held = f", for {event.for_s:g} s" if event.for_s else ""
                 yield Line(at_s, "released", commands(event.commands, self._plant) + held, Tone.GOOD)
             case ReleaseRefused():
@@ -156,12 +167,30 @@ class Story:
         if self._reports > 1:
             yield Line(at_s, "review", believed)
             return
-        rules = {rule.name: rule.description for rule in self._plant.symptom_rules}
-        seen = [(rules.get(s.rule, s.rule), s) for s in event.symptoms]
-        if seen:
-            told = (f"{text} ({s.rule}, {s.severity:.1f} times its threshold)" for text, s in seen)
-            yield Line(at_s, "detected", "; ".join(told), Tone.WARNING)
+        if event.symptoms:
+            yield Line(at_s, "detected", self._seen(event.symptoms), Tone.WARNING)
         yield Line(at_s, "diagnosed", believed)
+
+    def _seen(self, symptoms: Iterable[Symptom]) -> str:
+        rules = {rule.name: rule.description for rule in self._plant.symptom_rules}
+        told = (f"{rules.get(s.rule, s.rule)} ({s.rule}, {s.severity:.1f} times its threshold)" for s in symptoms)
+        return "; ".join(told)
+
+    def _doubt(self, event: Doubted, at_s: float) -> Line:
+        believed = probabilities(by_fault_set(event.hypotheses), self._plant)
+        if not event.symptoms:
+            return Line(at_s, "may be", f"it may come back: {believed}")
+        tone = Tone.PLAIN if event.explained else Tone.WARNING
+        return Line(at_s, "may be", f"{believed}, because {self._seen(event.symptoms)}", tone)
+
+    def _foresee(self, event: Foreseen, first: Reached, at_s: float) -> Iterator[Line]:
+        """When a hard limit trips if nothing is done: once, and again where it is another one, or twice as near."""
+        limit = first_hard(event, self._plant)
+        if first.earliest_s > 0.5 * self._foretold.get(limit, math.inf):
+            return
+        self._foretold[limit] = first.earliest_s
+        text = f"{limit} trips {_within(first)} if nothing is done, in {first.members} of {event.members} members"
+        yield Line(at_s, "foreseen", f"{text} ({100 * first.probability:.0f} %)", Tone.WARNING)
 
     def _over(self, event: FaultsEnded, at_s: float) -> Line:
         text = f"{named(event.faults, self._plant)}: nothing of it is to be seen since {event.since_s:.0f} s"
@@ -183,6 +212,11 @@ class Story:
             text += f": {commands(event.commands, self._plant)}"
         text += f"; {verdict} {worst(event.findings, self._scales)}"
         return Line(at_s, ATTEMPT, text, Tone.PLAIN if event.approved else Tone.MUTED)
+
+
+def _within(first: Reached) -> str:
+    earliest, latest = f"{first.earliest_s:.0f}", f"{first.latest_s:.0f}"
+    return f"in {earliest} s" if earliest == latest else f"in {earliest} to {latest} s"
 
 
 def _let_be(event: NoActionTaken, at_s: float) -> Line:

@@ -1,9 +1,11 @@
 """Prospect: what happens if nobody interferes, and whether the plant does what was predicted of it."""
 
 import math
+from dataclasses import replace
 
 from homeostat.agents.roles import Agents
 from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.events.foresight import Foreseen
 from homeostat.domain.events.recovery import Deviated, Strayed
 from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import Step
@@ -27,6 +29,8 @@ class Prospect:
         self._band = Band(rules.limits.hard, rules.scales, bounds.intervention)
         self._limit_s, self._repeat_s = bounds.budget.arming_s, bounds.intervention.repeat_s
         self._again_s = -math.inf
+        self.foreseen: Foreseen | None = None
+        """What happens if nothing is done, as it was foreseen last; None where nobody has looked."""
 
     async def deviation(self, seen: Observation) -> Deviated | Strayed | None:
         """How the plant deviates from what was predicted; a route of which nothing is predicted yet is rolled out.
@@ -61,8 +65,26 @@ class Prospect:
     async def without_action(self, diagnosis: Diagnosis) -> Rollout:
         """Take a fresh look at the plant; what happens if nothing is done. TimeoutError where the twin is late."""
         idle = await self._scene.within("the prediction", self._limit_s, self._look_ahead(diagnosis))
-        self._scene.record(foreseen(idle, self._limits))
+        self.foreseen = foreseen(idle, self._limits)
+        self._scene.record(self.foreseen)
         return idle
+
+    async def if_it_is(self, diagnosis: Diagnosis) -> Foreseen | None:
+        """What happens if nothing is done and what is in doubt is so; None where nothing is, or the twin is late.
+
+        The unknown ones among what is in doubt persist and grow as the settings say. Nothing of it is expected.
+        """
+        faults = [h for h in diagnosis.hypotheses if h.faults and not h.something_else]
+        total = sum(h.probability for h in faults)
+        if not total:
+            return None
+        supposed = replace(diagnosis, hypotheses=tuple(replace(h, probability=h.probability / total) for h in faults))
+        rollout = self._agents.simulation.roll_out(replace(supposed, doubts=False), self._scene.now.rest)
+        try:
+            told = await self._scene.within("the prediction", self._limit_s, rollout)
+        except TimeoutError:
+            return None
+        return foreseen(told, self._limits)
 
     def judge(self, idle: Rollout) -> Verdict:
         """What follows if nobody interferes: the steps that are left, if any."""
