@@ -1,4 +1,4 @@
-"""Doubts: told once; one alarm of what nothing explains, which escalates at most once, and returns when all is clear."""
+"""Doubts: told once; one alarm of what nothing explains, which escalates at most once and returns when all is clear."""
 
 from __future__ import annotations
 

@@ -123,11 +123,13 @@ def card(record: RunRecord, plant: KnownPlant, readings: Readings | None, at_s: 
     seen = _seen(episode, known)
     explanations = tuple(_explanation(h, seen, known) for h in held)
     compared, stood = _last(episode, Compared), standings(episode.entries)
+    # Of a doubt the symptoms are what is sure: that probably nothing is wrong is no headline over what stands.
+    best = None if diagnosed is None or isinstance(diagnosed[1], Doubted) else next(iter(explanations), None)
     return Card(
         since_s=episode.entries[0].at_s,
         over_s=episode.over_s,
-        headline=explanations[0].text if explanations else "; ".join(s.text for s in seen) or _reason(episode),
-        probability=explanations[0].probability if explanations else None,
+        headline=best.text if best else "; ".join(s.text for s in seen) or _reason(episode),
+        probability=best.probability if best else None,
         diagnosed_s=None if diagnosed is None else diagnosed[0],
         seen=seen,
         explanations=explanations,
