@@ -6,7 +6,8 @@ from typing import Any
 
 from homeostat.domain.alarm import Alarm, Priority
 from homeostat.domain.events.people import AlarmAcknowledged, AlarmRaised, AlarmReturned
-from homeostat.guard.watch.alarms import Alarms
+from homeostat.domain.observation import Settled, Trouble
+from homeostat.guard.watch.alarms import Alarms, Troubles
 
 HIGH, LOW = Priority.HIGH, Priority.LOW
 
@@ -51,3 +52,24 @@ def test_an_alarm_leaves_the_list_when_it_is_over_and_was_seen_in_either_order()
         (AlarmRaised("a", "hot", HIGH), 1.0), (AlarmAcknowledged("a", "Ada"), 2.0), (AlarmReturned("a"), 3.0),
         (AlarmRaised("b", "over", LOW), 5.0), (AlarmReturned("b"), 5.0), (AlarmAcknowledged("b", "Ada"), 6.0),
     ]  # fmt: skip
+
+
+def test_a_trouble_is_as_urgent_as_it_says_and_high_where_it_says_nothing_that_can_be_read() -> None:
+    listed, noted = alarms()
+    troubles = Troubles(listed)
+    troubles.begin(Trouble("recovery:a", "unexplained", LOW), 1.0)
+    troubles.begin(Trouble("recovery:b", "broken"), 2.0)
+    troubles.begin(Trouble("recovery:c", "forged", "none at all"), 3.0)  # type: ignore[arg-type]
+    assert [event.priority for event, _ in noted] == [LOW, HIGH, HIGH]
+
+
+def test_a_trouble_that_becomes_urgent_is_raised_anew_once_it_was_settled() -> None:
+    listed, noted = alarms()
+    troubles = Troubles(listed)
+    for message in (Trouble("recovery:a", "seen", LOW), Trouble("recovery:a", "near", HIGH)):
+        troubles.begin(message, 1.0)
+    assert [event.priority for event, _ in noted] == [LOW]
+    troubles.end(Settled("recovery:a"), 2.0)
+    troubles.begin(Trouble("recovery:a", "near", HIGH), 2.0)
+    (standing,) = listed.standing
+    assert (standing.priority, standing.cause, standing.returned_s) == (HIGH, "near", None)

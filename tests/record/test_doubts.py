@@ -77,6 +77,12 @@ def test_an_operator_reads_which_symptom_it_is_and_what_it_may_be() -> None:
     )
 
 
+def test_what_is_measured_and_explains_it_is_told_so() -> None:
+    sure = (Hypothesis((), 0.94), Hypothesis((FaultState(SOMETHING_ELSE, 1.0, 1900.0),), 0.06))
+    (line,) = told((Doubted((COLD,), sure, explained=True), 1955.0))
+    assert "may be    explained without a fault (94 % nothing is wrong; 6 % something else): Temperature" in line
+
+
 def test_that_it_may_come_back_is_said_after_it_has_ended() -> None:
     ended = FaultsEnded((FaultState("fouling", 0.2, 1900.0),), 2400.0)
     lines = told((ended, 2450.0), (Doubted((), LIKELY[:2], explained=False), 2450.0))

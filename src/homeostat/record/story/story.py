@@ -180,8 +180,10 @@ class Story:
         believed = probabilities(by_fault_set(event.hypotheses), self._plant)
         if not event.symptoms:
             return Line(at_s, "may be", f"it may come back: {believed}")
-        tone = Tone.PLAIN if event.explained else Tone.WARNING
-        return Line(at_s, "may be", f"{believed}, because {self._seen(event.symptoms)}", tone)
+        seen = self._seen(event.symptoms)
+        if event.explained:
+            return Line(at_s, "may be", f"explained without a fault ({believed}): {seen}")
+        return Line(at_s, "may be", f"{believed}, because {seen}", Tone.WARNING)
 
     def _foresee(self, event: Foreseen, first: Reached, at_s: float) -> Iterator[Line]:
         """When a hard limit trips if nothing is done: once, and again where it is another one, or twice as near."""
