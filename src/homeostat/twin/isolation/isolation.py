@@ -7,11 +7,12 @@ where one does not explain everything. The best of each competes with the others
 
 import math
 from collections.abc import Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from homeostat.domain.diagnosis import EffectKind, FaultMode, FaultState, Hypothesis, with_a_twin
+from homeostat.domain.diagnosis import FaultMode, FaultState, Hypothesis, with_a_twin
 from homeostat.domain.plant.description import PlantDescription, Relation
 from homeostat.process.batch import ProcessError
 from homeostat.process.model import ProcessModel
@@ -32,12 +33,12 @@ from homeostat.twin.isolation.ended import (
     lead_of_nothing,
     stretch,
 )
+from homeostat.twin.isolation.established import Established
 from homeostat.twin.isolation.estimate import Estimate, Estimation
 from homeostat.twin.isolation.evidence import Accuracy, Evidence, Fit
 from homeostat.twin.isolation.jumped import jumped
 from homeostat.twin.isolation.memory import Memory, Remembered, remembered, sizes
 from homeostat.twin.isolation.names import Names
-from homeostat.twin.isolation.prechecks import What, prechecks, shared
 from homeostat.twin.isolation.prior import Prior
 from homeostat.twin.isolation.responses import FIRST_ROW
 from homeostat.twin.isolation.search import Scored, Search
@@ -55,8 +56,6 @@ CHANGES = 2
 """How often, after it began."""
 CHANGE_NATS = 2.0
 """What each of these changes costs, besides its size: an unknown cause has any course [nats]."""
-SELF_EVIDENT_NATS = 3.5
-"""What speaks for an instrument or a controller being wrong that readings alone show to be [nats]."""
 DOUBT = 1.3
 """By how much every difference of explanations is made smaller: what fits may still be wrong [1]."""
 UNEXPLAINED_NATS = 4.0
@@ -108,7 +107,7 @@ class FaultIsolation:
         self._size_error = SizeError(settings.size_error, settings.least_size_error)
         sensors = {s.component: s.variable for s in plant.signals if s.relation is Relation.MEASURES}
         self._calibrated = {p.symbol: sensors[p.component] for p in plant.parameters if p.component in sensors}
-        self._names = Names(plant.faults)
+        self._names, self._stuck = Names(plant.faults), frozenset[str]()
 
     def explain(
         self, question: Question, window: Window, recent: Window, posterior: Posterior
@@ -119,16 +118,53 @@ class FaultIsolation:
         What began before it is not forgotten. Where readings or controllers speak for themselves, the twin is asked for
         nothing else. Where the best explanation does not fit, a cause that nobody listed is as likely as all of them.
         """
+        wrong = Established(window, self._plant, self._model, self._carrier, question.since_s)
         evidence, search = self._on(window, posterior, question.known, question.before)
         if (
             not question.news
             and _certain(question.before)
+            and wrong.told(question.before)
             and self._still_holds(evidence, search, question.before[0].faults)
         ):
             return question.before
-        accused = self._accused(window, question)
-        if accused:
-            return stated(self._by_itself(evidence, search, accused, question), {}, evidence, self._size_error, DOUBT)
+        if not wrong.faults:
+            return self._found(evidence, search, question, recent)
+        known, before = wrong.others(question.known), wrong.without(question.before)
+        alone = wrong.alone(evidence, search, known, self._settings.misled)
+        alone = stated(alone, {}, evidence, self._size_error, DOUBT)
+        asked = replace(question, known=known, before=before)
+        further = wrong.leave_open(known, before, evidence.variables if question.news else ())
+        if not further and wrong.explain(evidence, alone[0].faults):
+            return alone
+        found = self._beside_them(wrong, asked, evidence, recent, further)
+        return wrong.joined(found, wrong.as_named(alone[0].faults), question.known) if found else alone
+
+    def _beside_them(
+        self, wrong: Established, question: Question, evidence: Evidence, recent: Window, further: bool
+    ) -> tuple[Hypothesis, ...]:
+        """What explains the readings of ``evidence`` beside what is ``wrong`` by itself; none where nothing need.
+
+        ``further``: whether it is looked for also where they alone would do.
+        """
+        posterior, other = evidence.posterior, copy(self)
+        other._accuracy, other._calibrated = wrong.accuracy(self._accuracy), wrong.calibrated(self._calibrated)
+        other._stuck = wrong.unseen(evidence.variables)
+
+        def seen(window: Window) -> Window:
+            return wrong.seen(window, posterior, self._accuracy, question.known)
+
+        def past(onset_s: float) -> Window | None:
+            then = question.past(onset_s)
+            return None if then is None else seen(then)
+
+        late, search = other._on(seen(evidence.window), posterior, question.known, question.before)
+        if not further and wrong.explain(late, ()):
+            return ()
+        return other._found(late, search, replace(question, past=past), seen(recent))
+
+    def _found(self, evidence: Evidence, search: Search, question: Question, recent: Window) -> tuple[Hypothesis, ...]:
+        """What explains the readings of ``evidence``, or the ``recent`` ones as well, of all that a twin knows of."""
+        window, posterior = evidence.window, evidence.posterior
         said = remembered(question.known, question.before, window.at_s(FIRST_ROW), DOUBT)
         claims = Claims(said[0].old, [s.old for s in said], evidence, window.at_s(FIRST_ROW), question.past)
         memory = Memory(said, self._carrier.modes, search.prior, window.end_s, claims)
@@ -244,45 +280,12 @@ class FaultIsolation:
         ends = self._carrier.modes, window.at_s(FIRST_ROW), window.end_s
         return [replayed for faults in known for _, replayed in stopped(faults, faults, *ends)]
 
-    def _accused(self, window: Window, question: Question) -> list[FaultState]:
-        """Instruments and controllers that are wrong by their own evidence, as generated fault modes."""
-        findings = prechecks(window, self._plant, self._model, question.since_s)
-        loops = {loop.manipulated_variable: loop.controller for loop in self._plant.loops}
-        noisy = not shared(findings)  # what makes several scatter is in none of them
-        return [
-            FaultState(f"{loops[f.tag]}_wrong_law" if f.what is What.LAW else f"{f.tag}_{f.what}", 1.0, f.since_s)
-            for f in findings
-            if noisy or f.what is not What.NOISY
-        ]
-
-    def _by_itself(
-        self, evidence: Evidence, search: Search, accused: Sequence[FaultState], question: Question
-    ) -> tuple[Hypothesis, ...]:
-        """What is ``accused``, beside what was known of other items; a fault of the tables where it says as much.
-
-        Of an instrument that repeats itself no other fault does so than one that makes it repeat itself.
-        """
-        modes = self._carrier.modes
-        items = {modes[f.fault].component for f in accused}
-        kept = tuple(f for f in question.known if modes[f.fault].component not in items)
-        sets: list[FaultSet] = [(*kept, *accused)]
-        if len(accused) == 1:
-            since = accused[0].onset_s
-            alike = [FaultState(f.name, f.severity_nominal, since) for f in self._plant.faults if f.component in items]
-            effect = modes[accused[0].fault].effect
-            if effect is not None and effect.kind is EffectKind.FROZEN:
-                alike = [state for state in alike if evidence.repeats(effect.quantity, (*kept, state))]
-            sets += [(*kept, state) for state in alike]
-        scored = [Scored(s, score) for s, score in zip(sets, search.score(sets).tolist(), strict=True)]
-        none = max(s.score for s in scored) - SELF_EVIDENT_NATS
-        return hypotheses(scored, none, modes, misled=self._settings.misled)
-
     def _on(
         self, window: Window, posterior: Posterior, known: FaultSet, before: Sequence[Hypothesis] = ()
     ) -> tuple[Evidence, Search]:
         evidence = Evidence(self._model, self._carrier, window, posterior, self._accuracy, known)
         leapt = jumped(window, self._plant, evidence.variables)
-        prior = Prior(self._plant.faults, window, evidence.variables, self._calibrated, leapt)
+        prior = Prior(self._plant.faults, window, evidence.variables, self._calibrated, leapt, self._stuck)
         modes, first_s = self._carrier.modes, window.at_s(FIRST_ROW)
         had = sizes(known, before, first_s, modes, self._size_error)
         return evidence, Search(evidence, modes, prior, (*known, *_said(before)), had)

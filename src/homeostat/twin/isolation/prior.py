@@ -17,6 +17,9 @@ GENERATED_NATS = 2.0
 JUMPED_NATS = 5.0
 """What speaks for an instrument being wrong whose reading jumped as the tables say that the process cannot: that they
 are wrong, and something else is at fault within the same minutes, is as rare as one look in 150 [nats]."""
+MOVED_NATS = 3.0
+"""What it costs that something moved whose instrument is stuck, and that a replay goes by: no fault need have moved it,
+and more often than not it stays where it is for minutes [nats]."""
 JUMP = 60
 """Readings on either side of an onset whose means say what a transmitter has jumped by."""
 
@@ -59,10 +62,12 @@ class Prior:
         compared: Sequence[str],
         calibrated: Mapping[str, str],
         jumped: Collection[str] = (),
+        stuck: Collection[str] = (),
     ) -> None:
         """``calibrated``: parameter -> variable whose instrument it calibrates; ``compared``: variables that are.
 
-        ``jumped``: instruments whose readings moved at once as the process cannot.
+        ``jumped``: instruments whose readings moved at once as the process cannot; ``stuck``: those that a replay goes
+        by and that stand still.
 
         The readings of an instrument that are an input of the replay are predicted by nothing. If it begins to lie, its
         reading moves by the lie, unless what it measures moved the other way in the same moment, which nothing does.
@@ -70,7 +75,7 @@ class Prior:
         frequency = [mode.prior for mode in tables]
         self._usual = float(np.mean(frequency)) if frequency else 1.0
         self._window, self._compared, self._calibrated = window, set(compared), calibrated
-        self._jumped = jumped
+        self._jumped, self._stuck = jumped, stuck
 
     def of_state(self, mode: FaultMode, state: FaultState) -> float:
         """Log prior of a fault of the tables: its frequency relative to the others, and how unusual its size is."""
@@ -79,6 +84,8 @@ class Prior:
 
     def of_mode(self, mode: FaultMode) -> float:
         """Log prior of a fault mode [nats], whatever its size."""
+        if mode.component in self._stuck:
+            return -MOVED_NATS
         at_once = mode.effect is None or not mode.effect.grows
         jumped = JUMPED_NATS if at_once and mode.component in self._jumped else 0.0
         if not mode.listed:
