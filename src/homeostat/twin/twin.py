@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.domain.plant.parameter import ModelParameter
 from homeostat.domain.plant.production import MADE
 from homeostat.domain.plant.timing import Timing
 from homeostat.domain.recovery import ActionSet
@@ -79,15 +78,12 @@ class Twin:
 
     def __init__(self, model: ProcessModel, description: PlantDescription, settings: TwinSettings, seed: int) -> None:
         """``seed`` seeds the parameter draws and the noise of the rollouts."""
-        self._model = model
-        self._description = description
+        self._model, self._description = model, description
         self._carrier = Carrier(model, description)
         self._isolation = FaultIsolation(model, description, self._carrier, settings, seed)
-        self._parameters: tuple[ModelParameter, ...] = description.parameters
-        self.settings = settings
-        self._seed = seed
+        self._parameters, self._timing = description.parameters, description.timing
+        self.settings, self._seed = settings, seed
         self._posterior = self._healthy = prior(model, self._parameters)
-        self._timing = description.timing
         tick_s, sampled = description.timing.tick_s, description.sampled
         self._history = History(
             description.variables, model.inputs, settings.settle_rows, tick_s=tick_s, sampled=sampled
@@ -162,20 +158,23 @@ class Twin:
         before: tuple[Hypothesis, ...] = (),
         news: bool = False,
         from_s: float = -np.inf,
+        whole: bool = False,
     ) -> tuple[Hypothesis, ...]:
         """What explains the last readings: one of ``candidates``, something that no table names, or nothing.
 
         ``known`` is what was probable before. ``dense``: onsets are tried more closely, for what may have gone
         unnoticed for a while. ``since_s``: when the first symptom of it was seen [s]; now where it is infinite.
         ``before``: what was said last; if it was certain and holds, and there is no ``news`` since, it is said again.
-        ``from_s``: what was read before is not looked at; something was wrong then that is over [s].
+        ``from_s``: what was read before is not looked at; something was wrong then that is over [s]. ``whole``: but for
+        what instruments and controllers show by themselves.
         """
         settings, end_s, tick_s = self.settings, self._history.window(1).end_s, self._timing.tick_s
-        seconds = min(end_s - min(since_s, end_s) + settings.lead_s, settings.replay_s)
-        seconds = min(seconds, max(end_s - from_s + tick_s, 2.0 * tick_s))
+        longest = min(end_s - min(since_s, end_s) + settings.lead_s, settings.replay_s)
+        seconds = min(longest, max(end_s - from_s + tick_s, 2.0 * tick_s))
         window, recent = self._last(seconds), self._last(min(settings.recent_s, seconds))
         past = partial(self._history.around, before_s=settings.lead_s, after_s=settings.replay_s)
-        question = Question(candidates, tuple(known), dense, since_s, before, news, past)
+        shown = self._last(longest) if whole else window
+        question = Question(candidates, tuple(known), dense, since_s, before, news, past, shown)
         return self._isolation.explain(question, window, recent, self._posterior)
 
     def stuck(self) -> dict[str, float]:
@@ -189,14 +188,14 @@ class Twin:
         """
         return self._isolation.nothing(self._last(seconds), self._posterior)
 
-    def ended(self, known: Sequence[tuple[FaultState, ...]], from_s: float = -np.inf) -> Ended | None:
+    def ended(self, known: Sequence[FaultSet], from_s: float = -np.inf, beside: FaultSet = ()) -> Ended | None:
         """That all that was ``known`` is over, where it is; None where it is not, or nobody can tell.
 
-        What was read before ``from_s`` is not looked at [s].
+        What was read before ``from_s`` is not looked at [s]; ``beside``: instruments that are stuck all the same.
         """
         longest = min(self._history.length, (self._history.window(1).end_s - from_s) / self._timing.tick_s + 1.0)
         windows = (self._history.window(rows) for rows in STRETCHES if rows <= longest)
-        return self._isolation.ended(known, windows, self._posterior)
+        return self._isolation.ended(known, windows, self._posterior, beside)
 
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[dict[str, float], ...]:
         """What each hypothesis says the instruments show beyond the truth: tag -> error in the tag's unit."""

@@ -1,7 +1,7 @@
 """Monitoring: from snapshots to symptoms, from symptoms through the graph to hypotheses."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from homeostat.agents.grounding.grounding import Grounding
@@ -18,6 +18,7 @@ from homeostat.agents.monitoring.unexplained import Unexplained
 from homeostat.domain.diagnosis import (
     AS_LIKELY_AS_NOT,
     Diagnosis,
+    EffectKind,
     FaultState,
     Feature,
     Hypothesis,
@@ -81,12 +82,13 @@ class TwinMonitoring:
         self._forgot = False
         self._clearing, self._checks = Clearing(description.timing), False
         self._stepped = Stepped(description)
+        self._unseen = {m.name for m in description.fault_modes if m.effect and m.effect.kind is EffectKind.UNSEEN}
         self._growing = {m.name for m in description.fault_modes if m.effect is not None and m.effect.grows}
         self._indicates = {r.name: frozenset(r.faults) for r in description.symptom_rules}
         reads = {f.name: _read(f) for f in description.features}
         self._reads = {r.name: reads[r.feature] for r in description.symptom_rules}
         self._open, self._again = frozenset[str](), False
-        self._from_s = -math.inf
+        self._from_s = self._beside_s = -math.inf
         self._at_s = -math.inf
         self._symptoms: tuple[Symptom, ...] = ()
 
@@ -175,13 +177,35 @@ class TwinMonitoring:
         since_s = {fault: at_s for fault, at_s in moves.items() if at_s is not None}
         if since_s:
             return self._forget(since_s)
-        if any(self._still.stands(shown_by[fault], at_s) for fault, at_s in stuck.items()):
-            return None, True
+        stands = {fault for fault, at_s in stuck.items() if self._still.stands(shown_by[fault], at_s)}
+        beside = {f.fault: f for f in reversed(every) if f.fault in stands or f.fault in self._unseen}
+        if beside:
+            return self._ended_beside(beside, said)
         ended = self._twin.frozen().ended(left_open(said), self._from_s) if self._known else None
         if ended is None:
             return None, True
         self._from_s = ended.since_s
         return self._over(ended.since_s), ended.fits
+
+    def _ended_beside(
+        self, beside: Mapping[str, FaultState], said: Sequence[Hypothesis]
+    ) -> tuple[Diagnosis | None, bool]:
+        """The same ``beside`` what is wrong by its own evidence, which no twin is asked about: name -> fault.
+
+        What is over is forgotten, and what is left is explained anew, by what was read since then.
+        """
+        others = [replace(h, faults=tuple(f for f in h.faults if f.fault not in beside)) for h in said]
+        others = [h for h in others if h.faults]
+        if not others or all(f.fault in beside for f in self._known):
+            return None, True
+        wrong = tuple(beside.values())
+        ended = self._twin.frozen().ended(left_open(others), self._from_s, wrong)
+        if ended is not None:
+            self._from_s = self._beside_s = ended.since_s
+            self._known = tuple(f for f in self._known if f.fault in beside)
+            self._said, self._forgot = tuple(Hypothesis(f, 1.0) for f in (self._known,) if f), True
+            self._twin.believe(self._known)
+        return None, True
 
     def _forget(self, since_s: Mapping[str, float]) -> tuple[Diagnosis | None, bool]:
         """That instruments which were stuck move again, as of :meth:`_ended`: fault -> since when [s].
@@ -210,7 +234,7 @@ class TwinMonitoring:
         over, self._known, self._said, self._last, self._told = self._known, (), (), (), frozenset()
         self._twin.believe(())
         self._open = frozenset()
-        self._review_at_s = self._first_s = None
+        self._review_at_s, self._first_s, self._beside_s = None, None, -math.inf
         self._clearing.over()
         self._situation.explained([s.rule for s in self._symptoms])
         self._acknowledged = self._still.unseen(self._acknowledged)
@@ -339,8 +363,10 @@ class TwinMonitoring:
         since_s = min((*(s.at_s for s in symptoms), *(f.onset_s for f in self._known)), default=self._at_s)
         news = deviates or self._forgot or any(rule not in self._told for rule in seen)
         self._forgot = False
-        from_s = -math.inf if self._still.symptoms else self._from_s  # how it scattered before says that it is stuck
-        return self._twin.frozen().explain(ordered, self._known, deviates, since_s, self._said, news, from_s)
+        asked = ordered, self._known, deviates, since_s, self._said, news
+        if math.isfinite(self._beside_s):  # how it scattered before says that it is stuck
+            return self._twin.frozen().explain(*asked, self._from_s, True)
+        return self._twin.frozen().explain(*asked, -math.inf if self._still.symptoms else self._from_s)
 
     def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
         """Where one fault, of whatever size, explains all since the release, learn the parameters from then on."""

@@ -6,15 +6,18 @@ clearly better than whatever was known does. One that cannot be seen, as fouling
 nothing does, and is not forgotten.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from homeostat.domain.diagnosis import Hypothesis, by_fault_set
+from homeostat.domain.diagnosis import FaultMode, Hypothesis, by_fault_set
+from homeostat.process.batch import ProcessError
 from homeostat.twin.carried import FaultSet
 from homeostat.twin.history import Window
+from homeostat.twin.isolation.course import stopped
 from homeostat.twin.isolation.evidence import Evidence, Fit
+from homeostat.twin.isolation.responses import FIRST_ROW
 
 STRETCHES = (10, 24, 40, 80, 160, 320)
 """Stretches that are looked at, in readings."""
@@ -51,6 +54,48 @@ class Ended:
     """Process time from which it is, at the latest [s]."""
     fits: bool
     """Whether nothing is wrong since then; otherwise something else may be."""
+
+
+def ended(
+    known: Sequence[FaultSet],
+    windows: Iterable[Window],
+    compared: Callable[[Window], Evidence],
+    modes: Mapping[str, FaultMode],
+) -> Ended | None:
+    """That all that was ``known`` is over, where it is; None where it is not, or nobody can tell.
+
+    ``windows`` end now, the shortest first; ``compared``: one of them as evidence, ProcessError where the model leaves
+    the physical world. It is over since the first of the readings that nothing explains throughout, or of the shortest
+    stretch: what is looked at afterwards has hardly a part in which it was there.
+    """
+    found, since_s, shortest_s, throughout = None, -np.inf, -np.inf, True
+    for window in windows:
+        seen = stretch(window)
+        shortest_s = max(shortest_s, window.start_s)
+        if begins_in(seen, known):
+            continue
+        try:
+            evidence = compared(seen)
+            fit, well = fit_of_nothing(evidence)
+        except ProcessError:  # without what was known the model leaves the physical world
+            break
+        throughout = throughout and well
+        since_s = window.start_s if throughout else since_s
+        lead = lead_of_nothing(evidence, known, _stopped(known, modes, seen))
+        if lead >= OVER_NATS and not fit.strained:
+            found = Ended(since_s if np.isfinite(since_s) else shortest_s, fits=True)
+        elif lead >= OVER_NATS and fit.good and window.length >= CHANGED:
+            half_s = window.at_s(window.length - 1 - window.length // 2)
+            return found or Ended(since_s if half_s < since_s < shortest_s else half_s, fits=False)
+        elif found or lead <= -THERE_NATS or (lead <= 0.0 and fit.strained):
+            break
+    return found
+
+
+def _stopped(known: Sequence[FaultSet], modes: Mapping[str, FaultMode], window: Window) -> list[FaultSet]:
+    """Each set of ``known`` where what grew in it does so no more: nobody knew how long it would."""
+    ends = modes, window.at_s(FIRST_ROW), window.end_s
+    return [replayed for faults in known for _, replayed in stopped(faults, faults, *ends)]
 
 
 def stretch(window: Window) -> Window:

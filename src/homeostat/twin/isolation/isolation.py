@@ -23,17 +23,8 @@ from homeostat.twin.isolation.alike import with_doubt
 from homeostat.twin.isolation.claims import Claims, Past, forgotten
 from homeostat.twin.isolation.classes import SPREAD_NATS, hypotheses
 from homeostat.twin.isolation.course import continues, lasting, stopped
-from homeostat.twin.isolation.ended import (
-    CHANGED,
-    OVER_NATS,
-    THERE_NATS,
-    Ended,
-    begins_in,
-    fit_of_nothing,
-    lead_of_nothing,
-    stretch,
-)
-from homeostat.twin.isolation.established import Established
+from homeostat.twin.isolation.ended import Ended, ended
+from homeostat.twin.isolation.established import Established, established
 from homeostat.twin.isolation.estimate import Estimate, Estimation
 from homeostat.twin.isolation.evidence import Accuracy, Evidence, Fit
 from homeostat.twin.isolation.jumped import jumped
@@ -92,6 +83,8 @@ class Question:
     """Whether anything new was seen since."""
     past: Past = forgotten
     """The readings around a beginning before those that are looked at."""
+    shown: Window | None = None
+    """What says which instruments and controllers are wrong by themselves; None for the readings that are looked at."""
 
 
 class FaultIsolation:
@@ -115,10 +108,12 @@ class FaultIsolation:
         """Explanations of the readings of ``window``, most probable first; a second fault is looked for in ``recent``.
 
         What was known and began in the window competes as everything else does: all that spoke for it is seen again.
-        What began before it is not forgotten. Where readings or controllers speak for themselves, the twin is asked for
-        nothing else. Where the best explanation does not fit, a cause that nobody listed is as likely as all of them.
+        What began before it is not forgotten. Where readings or controllers speak for themselves, the twin is asked
+        what else is wrong only if that does not explain all others. Where the best explanation does not fit, a cause
+        that nobody listed is as likely as all of them.
         """
-        wrong = Established(window, self._plant, self._model, self._carrier, question.since_s)
+        parts = self._plant, self._model, self._carrier
+        wrong = established(question.shown or window, *parts, question.since_s, question.known)
         evidence, search = self._on(window, posterior, question.known, question.before)
         if (
             not question.news
@@ -133,11 +128,12 @@ class FaultIsolation:
         alone = wrong.alone(evidence, search, known, self._settings.misled)
         alone = stated(alone, {}, evidence, self._size_error, DOUBT)
         asked = replace(question, known=known, before=before)
-        further = wrong.leave_open(known, before, evidence.variables if question.news else ())
-        if not further and wrong.explain(evidence, alone[0].faults):
+        further = wrong.leave_open(known, question.before)
+        if not further and not wrong.hide(evidence.variables) and wrong.explain(evidence, wrong.faults):
             return alone
         found = self._beside_them(wrong, asked, evidence, recent, further)
-        return wrong.joined(found, wrong.as_named(alone[0].faults), question.known) if found else alone
+        every = wrong.joined(found, wrong.as_named(alone[0].faults), question.known)
+        return every if any(wrong.others(h.faults) for h in every if not h.something_else) else alone
 
     def _beside_them(
         self, wrong: Established, question: Question, evidence: Evidence, recent: Window, further: bool
@@ -246,39 +242,20 @@ class FaultIsolation:
         evidence = Evidence(self._model, self._carrier, window, posterior, self._accuracy)
         return evidence.fits(evidence.losses(evidence.residuals([()]))[1][0])
 
-    def ended(self, known: Sequence[FaultSet], windows: Iterable[Window], posterior: Posterior) -> Ended | None:
-        """That all that was ``known`` is over, where it is; None where it is not, or nobody can tell.
+    def ended(
+        self, known: Sequence[FaultSet], windows: Iterable[Window], posterior: Posterior, beside: FaultSet = ()
+    ) -> Ended | None:
+        """That all that was ``known`` is over, by ``windows`` that end now, the shortest first; as :func:`ended`.
 
-        ``windows`` end now, the shortest first. It is over since the first of the readings that nothing explains
-        throughout, or of the shortest stretch: what is looked at afterwards has hardly a part in which it was there.
+        ``beside``: what is wrong by itself all the same; of stuck instruments no reading is believed.
         """
-        found, since_s, shortest_s, throughout = None, -np.inf, -np.inf, True
-        for window in windows:
-            seen = stretch(window)
-            shortest_s = max(shortest_s, window.start_s)
-            if begins_in(seen, known):
-                continue
-            try:
-                evidence = Evidence(self._model, self._carrier, seen, posterior, self._accuracy)
-                fit, well = fit_of_nothing(evidence)
-            except ProcessError:  # without what was known the model leaves the physical world
-                break
-            throughout = throughout and well
-            since_s = window.start_s if throughout else since_s
-            lead = lead_of_nothing(evidence, known, self._stopped(known, seen))
-            if lead >= OVER_NATS and not fit.strained:
-                found = Ended(since_s if np.isfinite(since_s) else shortest_s, fits=True)
-            elif lead >= OVER_NATS and fit.good and window.length >= CHANGED:
-                half_s = window.at_s(window.length - 1 - window.length // 2)
-                return found or Ended(since_s if half_s < since_s < shortest_s else half_s, fits=False)
-            elif found or lead <= -THERE_NATS or (lead <= 0.0 and fit.strained):
-                break
-        return found
+        wrong = Established(beside, {}, self._plant, self._model, self._carrier)
 
-    def _stopped(self, known: Sequence[FaultSet], window: Window) -> list[FaultSet]:
-        """Each set of ``known`` where what grew in it does so no more: nobody knew how long it would."""
-        ends = self._carrier.modes, window.at_s(FIRST_ROW), window.end_s
-        return [replayed for faults in known for _, replayed in stopped(faults, faults, *ends)]
+        def compared(window: Window) -> Evidence:
+            seen = wrong.seen(window, posterior, self._accuracy, known[0] if known else ())
+            return Evidence(self._model, self._carrier, seen, posterior, self._accuracy)
+
+        return ended(known, windows, compared, self._carrier.modes)
 
     def _on(
         self, window: Window, posterior: Posterior, known: FaultSet, before: Sequence[Hypothesis] = ()
