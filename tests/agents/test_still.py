@@ -13,10 +13,11 @@ import pytest
 from homeostat.agents.monitoring.followed import Followed
 from homeostat.agents.monitoring.monitoring import TwinMonitoring
 from homeostat.agents.monitoring.still import MOVING, Picture, Still, repeats
-from homeostat.domain.diagnosis import FaultState
+from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import NoActionNeeded, Released
 from homeostat.twin.history import History
+from homeostat.twin.isolation.ended import Ended
 from homeostat.twin.isolation.prechecks import What, flat_lines
 from homeostat.twin.twin import Twin
 from tests.agents.scripted import NoGraph
@@ -224,6 +225,27 @@ def test_two_are_named_together_and_each_is_over_by_itself() -> None:
     names = [name for _, name, _ in seen.told]
     assert names[0] == "L1_frozen" and {*names[1].split("+")} == {"L1_frozen", "T3_frozen"}
     assert names[-1] == "T3_frozen" and all(since_s is None for *_, since_s in seen.told)
+
+
+@pytest.mark.parametrize("over", [True, False])
+def test_what_was_known_beside_one_that_is_stuck_may_end(monkeypatch: pytest.MonkeyPatch, over: bool) -> None:
+    """Nobody asked as long as an instrument stood still, and a leak that was mended never ended."""
+    seen, asked = Seen(), list[tuple[object, ...]]()
+
+    def ended(self: Twin, known: object, from_s: float, beside: object = ()) -> Ended | None:
+        asked.append((known, beside))
+        return Ended(1840.0, True) if over else None
+
+    seen.watch(disturbed(401, 1900, "T3 frozen from 1650", mismatch="plant"))
+    (stuck,), leak = seen.monitoring._known, FaultState("leak", 0.005, 1700.0)
+    seen.monitoring._known = (stuck, leak)
+    seen.monitoring._said = (Hypothesis((stuck, leak), 0.7), Hypothesis((stuck,), 0.2))
+    monkeypatch.setattr(Twin, "ended", ended)
+    told = seen.monitoring.diagnose()
+    assert asked == [([(leak,)], (stuck,))]
+    assert told.faulty and told.hypotheses[0].name == "T3_frozen" and told.ended_s is None
+    if over:
+        assert seen.monitoring._known == (told.hypotheses[0].faults[0],)
 
 
 def test_a_healthy_reactor_has_none() -> None:

@@ -133,7 +133,8 @@ class FaultIsolation:
             return alone
         found = self._beside_them(wrong, asked, evidence, recent, further)
         every = wrong.joined(found, wrong.as_named(alone[0].faults), question.known)
-        return every if any(wrong.others(h.faults) for h in every if not h.something_else) else alone
+        others = further or any(wrong.others(h.faults) for h in every if not h.something_else)
+        return every if others else alone
 
     def _beside_them(
         self, wrong: Established, question: Question, evidence: Evidence, recent: Window, further: bool
