@@ -8,7 +8,7 @@ import pytest
 
 from homeostat.agents.monitoring.recurring import Recurring
 from homeostat.agents.monitoring.symptoms import SymptomWatch
-from homeostat.domain.diagnosis import Direction, SymptomRule
+from homeostat.domain.diagnosis import Direction, FaultState, SymptomRule
 from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.snapshot import Snapshot
 
@@ -143,3 +143,14 @@ def test_a_value_that_is_not_known_neither_ends_nor_begins_one(plant: Plant) -> 
     assert plant.recurs
     plant.shows(None, 60)
     assert not plant.recurs, "it stands longer than before, as far as anybody knows"
+
+
+def test_what_stood_before_or_was_answered_is_looked_at_as_ever(plant: Plant) -> None:
+    plant.shows(0.0, 200)
+    plant.comes_and_goes(3)
+    plant.shows(2.0, 10)
+    new, old = FaultState("leak", 0.01, 250.0), FaultState("fouling", 0.3, 100.0)
+    assert plant.recurring.of(plant.now_s, False, (new,)) is not None
+    assert plant.recurring.of(plant.now_s, False, (new, old)) is None
+    plant.recurring.released_s = 300.0
+    assert plant.recurring.of(plant.now_s, False, (new,)) is None

@@ -33,6 +33,12 @@ class Feature:
     component: str
     """Component it watches."""
 
+    @property
+    def tags(self) -> frozenset[str]:
+        """Tags that it is worked out from."""
+        stored = frozenset[str]() if self.accumulation is None else frozenset(self.accumulation.tags)
+        return stored | frozenset(self.expression.tags)
+
 
 class Direction(StrEnum):
     """On which side of its reference a feature is a symptom."""

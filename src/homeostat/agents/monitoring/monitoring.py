@@ -20,7 +20,6 @@ from homeostat.domain.diagnosis import (
     Diagnosis,
     EffectKind,
     FaultState,
-    Feature,
     Hypothesis,
     Symptom,
     with_a_twin,
@@ -85,7 +84,7 @@ class TwinMonitoring:
         self._unseen = {m.name for m in description.fault_modes if m.effect and m.effect.kind is EffectKind.UNSEEN}
         self._growing = {m.name for m in description.fault_modes if m.effect is not None and m.effect.grows}
         self._indicates = {r.name: frozenset(r.faults) for r in description.symptom_rules}
-        reads = {f.name: _read(f) for f in description.features}
+        reads = {f.name: f.tags for f in description.features}
         self._reads = {r.name: reads[r.feature] for r in description.symptom_rules}
         self._open, self._again = frozenset[str](), False
         self._from_s = self._beside_s = -math.inf
@@ -119,7 +118,7 @@ class TwinMonitoring:
         That the batch ``deviates`` from its prediction is evidence enough: each fault is tried, and none is waited for.
         """
         found = self._diagnosed(deviates)
-        return replace(found, recurs=self._recurring.of(self._at_s, bool(self._still.symptoms)))
+        return replace(found, recurs=self._recurring.of(self._at_s, bool(self._still.symptoms), self._known))
 
     def _diagnosed(self, deviates: bool) -> Diagnosis:
         ended, fits = self._ended()
@@ -255,7 +254,7 @@ class TwinMonitoring:
         self._stopped = isinstance(outcome, FallbackNeeded)
         match outcome:
             case Released(actions=actions, at_s=at_s):
-                self._released_s = at_s
+                self._released_s = self._recurring.released_s = at_s
                 self._followed.released(actions.commands, at_s)
                 self._quiet_until_s = at_s + self._settings.transient_s
                 self._review_at_s = at_s + self._review_in_s(at_s)
@@ -393,9 +392,3 @@ class TwinMonitoring:
             self._quiet_until_s = self._gathers_until_s = until_s
             return True
         return False
-
-
-def _read(feature: Feature) -> frozenset[str]:
-    """Tags that ``feature`` is worked out from."""
-    stored = frozenset[str]() if feature.accumulation is None else frozenset(feature.accumulation.tags)
-    return stored | frozenset(feature.expression.tags)

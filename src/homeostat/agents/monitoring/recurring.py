@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from homeostat.agents.monitoring.symptoms import SymptomWatch
-from homeostat.domain.diagnosis import Recurrence
+from homeostat.domain.diagnosis import FaultState, Recurrence
 from homeostat.domain.snapshot import Snapshot
 
 TIMES = 2
@@ -24,7 +24,7 @@ LARGER = 1.25
 """How much larger than ever before it may be, as a multiple [1]."""
 LONGER = 1.5
 """How much longer than ever before it may stand, and be away, as a multiple [1]."""
-KEPT = 8
+KEPT = 64
 """How many of a symptom's last times are remembered [1]."""
 SAME = 0.1
 """Share of its range by which a command may differ from another that is about the same [1]."""
@@ -56,6 +56,8 @@ class Recurring:
         self._commands: Mapping[str, float] = {}
         self._as_before, self.outgrew = False, False
         """``outgrew``: at this moment what was as before has become larger or stands longer."""
+        self.released_s = -math.inf
+        """When something was last released [s]."""
 
     def take(self, snapshot: Snapshot, values: Mapping[str, float | None]) -> None:
         """Take note of which symptoms there are, and of each feature's value; None where it is not known."""
@@ -81,15 +83,19 @@ class Recurring:
         for time in (*self._now.values(), *(t for times in self._past.values() for t in times)):
             time.moved = time.moved and time.until_s < since_s
 
-    def of(self, at_s: float, others: bool) -> Recurrence | None:
+    def of(self, at_s: float, others: bool, known: Iterable[FaultState] = ()) -> Recurrence | None:
         """What has come and gone, and is as it was or has just gone again, at ``at_s`` [s]; None where anything is not.
 
-        ``others``: whether there are symptoms besides, of which nobody knows how often they came.
+        ``others``: whether there are symptoms besides, of which nobody knows how often they came. What is ``known`` and
+        was there before the first of them, or before something was released, stands: it may grow.
         """
         if others or not self._as_before:
             return None
         past = {name: self._counted(name) for name in self._past if name in self._now or self._swings(name, at_s)}
         longest_s = max(t.until_s - t.since_s for times in past.values() for t in times)
+        since_s = min(self._past[name][0].since_s for name in past) - LONGER * longest_s
+        if any(fault.onset_s < max(since_s, self.released_s) for fault in known):
+            return None
         return Recurrence(tuple(past), max(map(len, past.values())), longest_s)
 
     def _are_as_before(self, at_s: float) -> bool:
