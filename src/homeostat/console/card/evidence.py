@@ -64,7 +64,7 @@ class Evidence:
 
     def _computed(self, watched: FeatureFilter) -> Values:
         feature, signals = watched.feature, self._readings.signals
-        used = feature.expression.tags | (feature.accumulation.tags if feature.accumulation else frozenset())
+        used = feature.tags
         columns = {tag: signals[tag].tolist() for tag in used if tag in signals}
         values = np.full(self._readings.times_s.size, np.nan)
         for index, at_s in enumerate(self._readings.times_s.tolist()):

@@ -63,5 +63,5 @@ def _checks(bench: Bench, feature: Feature, loop: ControlLoop) -> bool:
     d = bench.plant.description
     if not any(rule.feature == feature.name for rule in d.symptom_rules):
         return False
-    read = feature.expression.tags | (feature.accumulation.tags if feature.accumulation else frozenset())
+    read = feature.tags
     return loop.process_variable in read and bool((read & _measured(bench)) - {loop.process_variable})

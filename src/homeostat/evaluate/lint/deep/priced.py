@@ -172,7 +172,7 @@ def _moved(bench: Bench, usual: Mapping[str, float], tag: str, to: np.ndarray) -
 
 def _read(bench: Bench, feature: Feature) -> Set[str]:
     """Tags that a feature reads; of a control error that of its loop."""
-    tags = feature.expression.tags | (feature.accumulation.tags if feature.accumulation else frozenset())
+    tags = feature.tags
     errors = _errors(bench)
     return tags | {errors[tag].process_variable for tag in tags if tag in errors}
 
