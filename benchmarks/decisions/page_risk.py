@@ -21,8 +21,8 @@ RISK = f"""## Risk
 Released runs, pooled over the faults of the tables, whose true plant has the model's own equations and parameters
 that are off by 1, 2 and 3 times their stated uncertainty. *Violated*: outside a hard limit at any time after the
 first release; exact intervals (Clopper and Pearson, 95 %). *{NOMINAL}*: the same runs judged by one rollout of the
-likeliest fault with the likeliest parameters. Asked for: {ASKED} released runs each; at 1x the upper end below 2 %; at
-2x at most a third of what the nominal validator lets through."""
+likeliest fault with the likeliest parameters, without a certificate. Asked for: {ASKED} released runs each; at 1x the
+upper end below 2 %; at 2x at most a third of what the nominal validator lets through."""
 SPEED = """## Speed
 
 By the wall clock, one run at a time. *Decision*: all thinking from what led to the first action to that action, with

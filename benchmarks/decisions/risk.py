@@ -45,7 +45,7 @@ def measure_risk(plant: Plant, cause: Cause, seed: int, mismatch: str) -> Releas
 
 
 def measure_nominal(plant: Plant, cause: Cause, seed: int, mismatch: str) -> Released:
-    """The same, judged by one rollout of what is likeliest."""
+    """The same, judged by one rollout of what is likeliest, and released without a certificate."""
     return _measured(plant, cause, seed, mismatch, Conditions(ensemble=False))
 
 

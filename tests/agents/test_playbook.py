@@ -104,6 +104,16 @@ def test_the_order_of_hypotheses_does_not_count(one: Occasion, order: list[int])
 # --- what is near ------------------------------------------------------------------------------------------------
 
 
+def test_what_failed_here_is_not_proposed_because_it_helped_elsewhere() -> None:
+    """The same commands: whoever has another entry of them has nothing else to say."""
+    failed = Aftermath(Ending.FELL_BACK, 30.0, None)
+    bad, good = entry(stuck(0.7), aftermath=failed, source="bad"), entry(stuck(0.6), source="good")
+    assert book(bad, good).near(situation(stuck(0.7))) == []
+    assert [known.entry.source for _, known in book(bad, good).near(situation(stuck(0.6)))] == ["good"]
+    other = entry(stuck(0.6), answer=moved(0.019), source="other")
+    assert [known.entry.source for _, known in book(bad, other).near(situation(stuck(0.7)))] == ["other"]
+
+
 def test_the_nearest_comes_first_and_what_is_far_does_not_come() -> None:
     sizes = (0.5, 0.72, 0.4, 0.6)
     found = book(*(entry(stuck(size), source=f"{size}") for size in sizes)).near(situation())

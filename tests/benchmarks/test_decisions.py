@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from benchmarks.decisions import ledger as ledgers
+from benchmarks.decisions import risk
 from benchmarks.decisions.__main__ import Study
 from benchmarks.decisions.ledger import Ledger
 from benchmarks.decisions.measure import Decision
 from benchmarks.decisions.page_risk import ASKED, risks, speeds, worst_runs
-from benchmarks.decisions.risk import Released
+from benchmarks.decisions.risk import Released, measure_nominal
 from benchmarks.decisions.speed import Thought
 from benchmarks.decisions.worst import BEFORE, causes
 from benchmarks.unknown.causes import KNOWN, Cause
+from homeostat.domain.advice import Attempt
+from homeostat.domain.diagnosis import Hypothesis
+from homeostat.domain.events.recovery import Attempted, ReleasedActions
+from homeostat.evaluate.scenario import scenario_of
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.twin.forecast import Ensemble
+from homeostat.twin.twin import Twin
 
 
 def test_a_ledger_measures_what_is_lacking_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -32,6 +41,33 @@ def test_a_ledger_measures_what_is_lacking_only(tmp_path: Path, monkeypatch: pyt
     ledger.fill(wanted)
     assert measured == [("leak", 1), ("leak", 2)]
     assert [row.seed for row in ledger.kept()] == [1, 2]
+
+
+def test_the_nominal_validator_has_one_rollout_and_no_certificate(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What it is compared with draws hundreds before a release; one that did as well would measure nothing."""
+    drawn, judged, released = [0], set[int](), list[ReleasedActions]()
+    sampled, of = Twin.sampled, ReleasedActions.of
+
+    def counting(self: Twin, hypotheses: Sequence[Hypothesis], count: int, name: str) -> Ensemble:
+        drawn[0] += count
+        return sampled(self, hypotheses, count, name)
+
+    def noting(*told: Any) -> ReleasedActions:
+        released.append(of(*told))
+        return released[-1]
+
+    def attempted(proposer: str, attempt: Attempt, was: Callable[..., Attempted] = Attempted.of) -> Attempted:
+        judged.add(attempt.members)
+        return was(proposer, attempt)
+
+    monkeypatch.setattr(Twin, "sampled", counting)
+    monkeypatch.setattr(ReleasedActions, "of", noting)
+    monkeypatch.setattr(Attempted, "of", attempted)
+    short, plant = scenario_of, load_plant("cstr")
+    monkeypatch.setattr(risk, "scenario_of", lambda plant, faults, seed: short(plant, faults, seed, 420.0))
+    cause = Cause("stuck", KNOWN, fault="cool_stuck_closed", severity=0.6, onset_s=300.0)
+    assert measure_nominal(plant, cause, 1, "twice").released_s is not None
+    assert drawn == [0] and judged <= {0, 1} and released[0].certificate is None
 
 
 def test_only_released_runs_count_as_risk() -> None:

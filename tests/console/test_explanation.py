@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -78,3 +79,20 @@ def test_it_grows_with_what_is_known(recovered: OpenedRun) -> None:
     assert begins_s is not None and seen(recovered, begins_s - 1.0).told == ()
     assert "Why it is safe" not in [p.heading for p in seen(recovered, begins_s).told]
     assert "Why it is safe" in [p.heading for p in seen(recovered, recovered.last_s).told]
+
+
+def test_a_certificate_beside_the_fallback_claims_no_more_than_it_counted(recovered: OpenedRun) -> None:
+    """Where a limit is violated whatever is done, what was counted is who does worse than the fallback."""
+    card = next(
+        c for s in moments(recovered) if (c := seen(recovered, s).card) and c.proposal and c.proposal.certificate
+    )
+    proposal = card.proposal
+    assert proposal is not None and proposal.certificate is not None
+
+    def said(beside: bool) -> str:
+        told = replace(proposal, certificate=replace(proposal.certificate, beside=beside))
+        return " ".join(p.text for p in explained(replace(card, proposal=told)))
+
+    assert "draws violate a hard limit: at most" in said(False)
+    assert "draws do worse than the fallback, which violates a hard limit as well: at most" in said(True)
+    assert "draws violate a hard limit" not in said(True)

@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 
 from homeostat.agents.playbook.book import Book
+from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.certificate import Certificate
 from homeostat.domain.diagnosis import FaultState, Hypothesis
-from homeostat.domain.events.recovery import Attempted, Compared, GaveUp, ReleasedActions
+from homeostat.domain.events.recovery import Attempted, Compared, GaveUp, Probed, ReleasedActions
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.playbook import Ending, Entry
 from homeostat.domain.recovery import Command
@@ -237,3 +238,20 @@ def test_a_test_move_is_no_recovery() -> None:
         event = replace(each.event, cost=None) if isinstance(each.event, Attempted) else each.event
         probes(event, each.at_s)
     assert recoveries(probes) == []
+
+
+@pytest.mark.parametrize("what", [AlternativeKind.TEST, AlternativeKind.HOLD])
+def test_what_a_model_holds_or_tests_for_a_while_is_no_recovery_that_lasted(what: AlternativeKind) -> None:
+    """They have a cost like everything in the list, and the commands may be those of something that was to last."""
+    short = type(first().record)()
+    for each in first().record.entries:
+        event = each.event
+        if isinstance(event, Attempted):
+            short(event, each.at_s)
+            event = replace(event, what=what, seconds=60.0)
+        elif isinstance(event, ReleasedActions) and what is AlternativeKind.HOLD:
+            event = replace(event, for_s=60.0)
+        elif isinstance(event, ReleasedActions):
+            short(Probed(("a", "b"), event.state, event.commands, 60.0, 4.0, 0.1, 0.0, "language"), each.at_s)
+        short(event, each.at_s)
+    assert recoveries(first().record) and recoveries(short) == []

@@ -119,6 +119,8 @@ class ScriptedDesk:
         task.result()
         return True
 
+    hang_s = math.inf
+
     def wall_s(self, process_s: float) -> float:
         return process_s
 

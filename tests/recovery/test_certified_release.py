@@ -13,7 +13,7 @@ from homeostat.agents.roles import Approved
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.recovery import ActionSet, RecoveryPath
-from homeostat.domain.verdict import Approve, Revise, Rollout, RolloutResult
+from homeostat.domain.verdict import Approve, Revise, Rollout, RolloutResult, circumstantial
 from homeostat.guard.requests.seal import Sealer
 from homeostat.recovery.bounds import RiskBounds
 from homeostat.recovery.release_check import FIRST, LATER, RISK, Checked, ReleaseCheck
@@ -118,11 +118,54 @@ def test_asking_again_is_no_second_chance_and_a_release_ends_that() -> None:
     for _ in range(2):
         assert isinstance(checked(twin, check).verdict, Revise)
     twin.hot = []
-    third, fourth = (checked(twin, check).verdict for _ in range(2))
+    third = checked(twin, check).verdict
+    check.confirmed(NOTHING)
+    fourth = checked(twin, check).verdict
     assert isinstance(third, Approve) and isinstance(fourth, Approve)
     levels = [v.certificate.level for v in (third, fourth) if v.certificate is not None]
     assert levels[0] > levels[1] == pytest.approx(1.0 - 0.05 * FIRST)
     assert len(set(twin.drawn)) == len(twin.drawn), "every check draws afresh"
+
+
+def test_what_passes_and_is_not_written_is_charged_like_what_does_not_pass() -> None:
+    """Refused by the guard or a person, overtaken, withdrawn: who asks again asks with what is left of the error."""
+    twin = RiskyTwin([])
+    check = checking(twin)
+    verdicts = [checked(twin, check).verdict for _ in range(3)]
+    errors = [1.0 - v.certificate.level for v in verdicts if isinstance(v, Approve) and v.certificate is not None]
+    assert errors == pytest.approx([0.05 * FIRST, 0.05 * LATER, 0.05 * LATER / 4.0])
+    check.confirmed(NOTHING)
+    assert level_of(checked(twin, check)) == pytest.approx(1.0 - 0.05 * FIRST)
+
+
+def test_a_check_that_breaks_down_after_some_draws_is_charged() -> None:
+    twin = RiskyTwin([])
+    check = checking(twin)
+    twin.breaks = True
+    assert isinstance(checked(twin, check).verdict, Revise)
+    twin.breaks = False
+    assert level_of(checked(twin, check)) == pytest.approx(1.0 - 0.05 * LATER)
+
+
+def test_what_is_confirmed_of_a_sound_plant_says_nothing_of_a_fault() -> None:
+    twin, faulty = RiskyTwin([]), Diagnosis(10.0, (), (Hypothesis((FaultState("leak", 1.0, 0.0),), 1.0),))
+    check = checking(twin)
+    checked(twin, check, diagnosis=faulty)
+    check.confirmed(NOTHING)
+    assert level_of(checked(twin, check, diagnosis=faulty)) == pytest.approx(1.0 - 0.05 * LATER)
+
+
+def test_nothing_is_drawn_where_nothing_is_to_be_certified() -> None:
+    twin = RiskyTwin([True] * 64)
+    found = checked(twin, checking(twin, most=0))
+    assert isinstance(found.verdict, Approve) and found.request is not None
+    assert found.verdict.certificate is None and not twin.drawn
+
+
+def level_of(found: Checked) -> float:
+    """Confidence of what has passed."""
+    assert isinstance(found.verdict, Approve) and found.verdict.certificate is not None
+    return found.verdict.certificate.level
 
 
 def level_after(refused_s: Sequence[float], now_s: float) -> float:
@@ -133,9 +176,7 @@ def level_after(refused_s: Sequence[float], now_s: float) -> float:
         twin.hot = [True] * 1000
         assert isinstance(checked(twin, check, at_s).verdict, Revise)
     twin.hot = []
-    verdict = checked(twin, check, now_s).verdict
-    assert isinstance(verdict, Approve) and verdict.certificate is not None
-    return verdict.certificate.level
+    return level_of(checked(twin, check, now_s))
 
 
 def test_what_was_refused_a_while_ago_is_forgotten() -> None:
@@ -151,13 +192,17 @@ def test_all_checks_together_err_no_more_than_one_may() -> None:
 
 
 def asked_each_minute(until_s: float, good_from_s: float) -> list[float]:
-    """When what is asked once a minute with the bounds of the package is released; it is safe from a time on."""
+    """When what is asked once a minute with the bounds of the package is released; it is safe from a time on.
+
+    What passes is written each time.
+    """
     twin, released = RiskyTwin([]), []
     check = checking(twin, **{f: getattr(RiskBounds(), f) for f in ("required", "level", "most", "batch")})
     for at_s in range(0, int(until_s), 60):
         twin.hot = [at_s < good_from_s] * 2000
         if isinstance(checked(twin, check, float(at_s)).verdict, Approve):
             released.append(float(at_s))
+            check.confirmed(NOTHING)
     return released
 
 
@@ -176,7 +221,8 @@ def test_a_check_that_could_show_nothing_says_when_it_can() -> None:
     drawn, twin.hot = len(twin.drawn), []
     refused = checked(twin, check, 200.0).verdict
     assert isinstance(refused, Revise) and len(twin.drawn) == drawn, "nothing is drawn"
-    assert "checks within 900 s have refused; nothing can be shown before 1000 s" in refused.violated[0].message
+    said = "checks within 900 s were for nothing that was written; nothing can be shown before 1000 s"
+    assert said in refused.violated[0].message and circumstantial(refused.violated)
     assert isinstance(checked(twin, check, 1010.0).verdict, Approve)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Coroutine
 from typing import Any
 
@@ -39,6 +40,8 @@ class TickClock:
         self._settle()
         owed, self._owed_s = self._owed_s, 0.0
         return owed
+
+    hang_s = math.inf
 
     def wall_s(self, process_s: float) -> float:
         return 30.0

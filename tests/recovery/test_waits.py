@@ -9,20 +9,23 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.agents.roles import Hold, NoAdmissiblePlan, Probe, Proposer, Wait
+from homeostat.agents.roles import Hold, NoAdmissiblePlan, Probe, Proposer, Situation, Wait
+from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.events.recovery import Attempted, Compared, Probed, ReleasedActions, Waited
 from homeostat.domain.observation import NoAction
-from homeostat.domain.plant.limits import LimitKind, Limits
+from homeostat.domain.plant.limits import LimitKind, Limits, Owner
 from homeostat.domain.recovery import RecoveryPath
+from homeostat.domain.request import Answer, Request, RequestStatus
+from homeostat.guard.requests.permissives import refusal
 from homeostat.record.run_record import RunRecord
 from homeostat.record.story.story import Story
 from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.judging import TEST, WAIT
 from homeostat.recovery.plant_rules import Bounds
-from tests.agents.scripted import ScriptedAction
+from tests.agents.scripted import ScriptedAction, ScriptedReprompting
 from tests.recovery.desk import DEAR, DOOMED, FREE, MILD, Recovery, ticks, watching
-from tests.recovery.line import COOLING, GOOD, feed
+from tests.recovery.line import COOLING, COOLS, GOOD, feed
 from tests.recovery.rivals import GOOD_EUR, HELD, by, proposer
 from tests.recovery.test_probing import ScriptedProbing
 from tests.safety.world import CALM, HOT, criterion, rule
@@ -173,6 +176,21 @@ def test_a_hold_after_which_the_design_violates_a_limit_is_refused() -> None:
     assert by(done) == [("scripted", GOOD.digest)]
 
 
+def test_a_route_with_later_steps_is_not_held_and_nobody_thinks_about_its_commands_in_vain() -> None:
+    awaited = RecoveryPath(COOLING, (COOLS,))
+    action, advised = ScriptedAction(GOOD), list[Attempt]()
+
+    class Noting(ScriptedReprompting):
+        async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
+            advised.append(attempt)
+            return await super().advise(situation, attempt, before)
+
+    line(proposer("brief", action, Hold(awaited, 20.0), "reduce", reprompting=Noting())).run()
+    (finding,) = advised[0].verdict.findings
+    assert finding.owner is Owner.PLANNING and "propose it for good" in finding.message
+    assert [path for _, path, _ in action.asked] == [REDUCE], "planning was asked again before any commands were"
+
+
 # --- tests -------------------------------------------------------------------------------------------------------
 
 OFFERED = Probe(feed(0.02, "reduced"), REDUCE, ("warm", "dirty"), 4.0, 0.15, 0.14)
@@ -193,6 +211,34 @@ def test_a_test_that_is_on_offer_is_made_and_counted_as_the_proposer_s_own() -> 
     (probe,) = done.trace.of(Probed)
     assert (probe.proposer, probe.apart) == ("curious", ("warm", "dirty"))
     assert by(done)[0] == ("curious", OFFERED.actions.digest)
+
+
+def test_why_a_test_is_refused_stands_in_the_list_and_its_proposer_is_told() -> None:
+    advised: list[Attempt] = []
+
+    class Noting(ScriptedReprompting):
+        async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
+            advised.append(attempt)
+            return await super().advise(situation, attempt, before)
+
+    one = proposer("curious", ScriptedAction(HELD), OFFERED, OFFERED, "reduce", reprompting=Noting())
+    done = line(one, probing=ScriptedProbing((OFFERED,)), action=ScriptedAction(GOOD))
+    done.probing.twin = done.twin  # type: ignore[union-attr]
+    no = refusal("CHK-SERVICE", "'F.sp' is out of service; a person must bring it back")
+
+    async def once(request: Request, within_s: float) -> Answer:
+        refused = request.proposer == "curious"
+        status = RequestStatus.REFUSED if refused else RequestStatus.CONFIRMED
+        return Answer(request.id, status, done.desk.now.now_s, no if refused else None)
+
+    done.desk.ask = once  # type: ignore[method-assign]
+    done.run()
+    listed = [a.refused for e in done.trace.of(Compared) for a in e.alternatives if a.kind is AlternativeKind.TEST]
+    assert listed[0] == "" and no.message in listed, "not that no reason was given"
+    told, again = advised[:2]
+    assert told.kind is AlternativeKind.TEST and told.verdict.findings == (no,)
+    assert again.verdict.findings[0].criterion == TEST, "it is not on offer any more"
+    assert len(done.trace.of(Probed)) == 1
 
 
 def test_a_test_that_is_not_on_offer_is_refused() -> None:

@@ -88,7 +88,7 @@ function Safe({ card }: { card: Card }) {
   if (acted) return <><p class="big quiet">The plant’s prepared safe state</p><p>{acted.stands ? "Its readings confirm it." : "Its readings do not confirm it yet."}</p></>;
   if (p && worst) {
     return <><Worst m={worst} members={p.members} />
-      {p.certificate && <p>{p.certificate.violations} of {p.certificate.draws} draws violate a hard limit: at most {percent(p.certificate.bound)} (with {percent(p.certificate.level)} confidence).</p>}</>;
+      {p.certificate && <p>{p.certificate.violations} of {p.certificate.draws} draws {p.certificate.beside ? "do worse than the fallback, which violates a hard limit as well" : "violate a hard limit"}: at most {percent(p.certificate.bound)} (with {percent(p.certificate.level)} confidence).</p>}</>;
   }
   if (left && !p) {
     return left.margins[0] ? <Worst m={left.margins[0]} members={left.members} />

@@ -47,7 +47,7 @@ export interface Margin {
   scaled: number; hard: boolean; term: string; full: boolean; near: boolean;
   actual: number | null; actual_unit: string; actual_term: string; actual_at_s: number | null;
 }
-export interface Certificate { draws: number; violations: number; bound: number; level: number }
+export interface Certificate { draws: number; violations: number; bound: number; level: number; beside: boolean }
 export interface Reached { limit: string; members: number; probability: number; earliest_s: number; middle_s: number; latest_s: number }
 export interface Foreseen {
   digest: string; from_s: number; length_s: number; members: number; ends_s: number[];

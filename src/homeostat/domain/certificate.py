@@ -1,6 +1,10 @@
-"""Certificate: what so many rollouts say about the probability that a hard limit is violated."""
+"""Certificate: what so many rollouts say about the probability that a hard limit is violated, or more than need be."""
 
 from dataclasses import dataclass
+from typing import Final
+
+VIOLATE: Final = "violate a hard limit"
+"""What is counted where nothing is compared with the fallback."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -10,8 +14,15 @@ class Certificate:
     draws: int
     """Rollouts that were drawn, each with a hypothesis and parameters of its own."""
     violations: int
-    """Those in which a hard limit is violated."""
+    """Those in which a hard limit is violated, or with :attr:`beside` those that do worse than the fallback."""
     bound: float
-    """Upper bound of the probability of a violation, as far as twin and hypotheses are true [1]."""
+    """Upper bound of the probability of one, as far as twin and hypotheses are true [1]."""
     level: float
     """Confidence with which it holds [1]."""
+    beside: bool = False
+    """Whether the fallback violates a limit as well, so that only what does worse than it is counted."""
+
+    @property
+    def told(self) -> str:
+        """What :attr:`violations` of the draws do, in words."""
+        return "do worse than the fallback, which violates a hard limit as well" if self.beside else VIOLATE

@@ -14,6 +14,8 @@ class Clock(Protocol):
 
     measured: bool
     """Whether it charges as the wall clock runs; else a stretch of thinking costs what was declared."""
+    hang_s: float
+    """Wall-clock time after which one answer is taken to hang [s]; infinite where the time that is left ends it."""
 
     def start(self) -> None:
         """Thinking begins."""
@@ -172,6 +174,11 @@ class Desk(Protocol):
 
     async def think(self, work: Coroutine[Any, Any, None]) -> bool:
         """Do ``work`` as charged thinking; whether it came to its end before something overtook it."""
+        ...
+
+    @property
+    def hang_s(self) -> float:
+        """Wall-clock time after which one answer is taken to hang [s]; infinite where the time that is left ends it."""
         ...
 
     def wall_s(self, process_s: float) -> float:

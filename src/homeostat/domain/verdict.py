@@ -1,6 +1,6 @@
 """What came of it: rollouts, findings, verdicts, outcomes."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, TypeAlias
@@ -14,6 +14,14 @@ from homeostat.stl.deciding import Deciding
 
 REPEATED: Final = "CHK-REPEATED"
 """Name of the refusal of a proposal that was judged before."""
+
+NOT_YET: Final = "CHK-NOT-YET"
+"""Name of the refusal of whatever is checked while no draws could show anything."""
+CIRCUMSTANCES: Final = frozenset((
+    NOT_YET, "CHK-AGE", "CHK-BUSY", "CHK-CONFIGURATION", "CHK-EXPIRY", "CHK-JOURNAL", "CHK-LATCHED", "CHK-LEASE",
+    "CHK-OVERTAKEN", "CHK-READING", "CHK-SEAL", "CHK-USED", "CHK-WITHDRAWN",
+))  # fmt: skip
+"""Names of refusals that would meet any other proposal as well: they say nothing of a path or of its commands."""
 
 
 class RolloutResult(StrEnum):
@@ -183,3 +191,8 @@ class FallbackNeeded:
 
 
 Resolution: TypeAlias = Released | NoActionNeeded | FallbackNeeded
+
+
+def circumstantial(violated: Sequence[Finding]) -> bool:
+    """Whether nothing but circumstances refused, so that neither another path nor other commands would have passed."""
+    return bool(violated) and all(f.criterion in CIRCUMSTANCES for f in violated)

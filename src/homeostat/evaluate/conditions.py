@@ -22,7 +22,9 @@ class Conditions:
     reprompting: bool = True
     """Whether a proposer may try again after a refusal."""
     ensemble: bool = True
-    """Whether a proposal must hold for every plausible fault and parameter set, or for the most probable one only."""
+    """Whether a proposal must hold for every plausible fault and parameter set, or for the most probable one only.
+
+    What is released carries no certificate then: it was rolled out once."""
     label: tuple[FaultState, ...] | None = None
     """Faults that agents are told where a label is given, true or not; the true ones where None."""
 
@@ -117,5 +119,9 @@ class MostProbable:
 
 
 def without_ensemble(plant: Plant) -> Plant:
-    """``plant`` with a twin that knows the expected parameters only."""
-    return replace(plant, twin=replace(plant.twin, judged_draws=1, draws=1, search_draws=1))
+    """``plant`` with a twin that knows the expected parameters only, and nothing that draws others before a release."""
+    return replace(
+        plant,
+        twin=replace(plant.twin, judged_draws=1, draws=1, search_draws=1),
+        risk=replace(plant.risk, most=0),
+    )

@@ -4,7 +4,7 @@ import math
 import time
 
 WALL_LIMIT_S = 600.0
-"""Where the time that thinking costs is declared, it is cut off only after this much wall-clock time [s]."""
+"""Where the time that thinking costs is declared, one answer is cut off only after this much wall-clock time [s]."""
 
 
 class ThinkingClock:
@@ -12,6 +12,8 @@ class ThinkingClock:
 
     measured = True
     """It charges as the wall clock runs."""
+    hang_s = math.inf
+    """Whatever hangs is ended by the time that is left."""
 
     def __init__(self, scale: float = 1.0) -> None:
         """``scale``: process seconds per wall-clock second of thinking; 0 stops the plant while agents think."""
@@ -64,14 +66,15 @@ class DeclaredClock:
     def __init__(self, cost_s: float = 1.0, wall_limit_s: float = WALL_LIMIT_S) -> None:
         """``cost_s``: process seconds that each stretch of thinking takes [s].
 
-        ``wall_limit_s``: wall-clock seconds after which one that never ends is cut off [s].
+        ``wall_limit_s``: wall-clock seconds after which one answer that never ends is cut off [s].
         """
         if not (math.isfinite(cost_s) and cost_s >= 0.0):
             raise ValueError(f"declared thinking time {cost_s!r} must be finite and >= 0 s")
         if not (math.isfinite(wall_limit_s) and wall_limit_s > 0.0):
             raise ValueError(f"wall-clock limit of thinking {wall_limit_s!r} must be finite and > 0 s")
         self._cost_s = cost_s
-        self._wall_limit_s = wall_limit_s
+        self.hang_s = wall_limit_s
+        """Wall-clock time after which one answer is taken to hang; all of them together have no end [s]."""
         self._owed = 0.0
         self._since: float | None = None
         self._settled_s = 0.0
@@ -99,4 +102,4 @@ class DeclaredClock:
 
     def wall_s(self, process_s: float) -> float:
         """The same on every machine, however slow [s]: so long that only what never ends is cut off."""
-        return max(process_s, self._wall_limit_s)
+        return max(process_s, self.hang_s)

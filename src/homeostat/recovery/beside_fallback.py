@@ -29,7 +29,7 @@ class BesideFallback:
         ranked = sorted(tried, key=lambda one: math.inf if one[1].cost is None else one[1].cost.total)
         seen: set[str] = set(alternatives.refused)
         try:
-            async with asyncio.timeout_at(end):
+            async with asyncio.timeout_at(self._scene.cut(end)):
                 for by, attempt in ranked:
                     if attempt.actions is None or attempt.actions.digest in seen or len(seen) >= MOST:
                         continue

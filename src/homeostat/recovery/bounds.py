@@ -92,7 +92,7 @@ class RiskBounds:
     level: float = 0.95
     """Confidence with which it is to be bounded, shared by all checks within :attr:`shared_s` [1]."""
     most: int = 1024
-    """Most rollouts of one check; what they do not decide is refused."""
+    """Most rollouts of one check; what they do not decide is refused. 0: nothing is drawn, and nothing certified."""
     batch: int = 128
     """Rollouts after which is looked whether they suffice."""
     shared_s: float = 900.0

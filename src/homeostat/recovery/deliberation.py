@@ -1,7 +1,9 @@
 """Deliberation: plan, act, simulate, validate and reprompt; what is approved joins the alternatives."""
 
 import asyncio
+from collections.abc import Awaitable
 from dataclasses import replace
+from typing import TypeVar
 
 from homeostat.agents.checks import closed_finding, repetition_finding
 from homeostat.agents.roles import (
@@ -24,8 +26,11 @@ from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.remark import RemarkKind
 from homeostat.domain.verdict import Finding, Revise
 from homeostat.recovery.alternatives import Alternatives
-from homeostat.recovery.judging import Follow, Judged, Judging
+from homeostat.recovery.choices import Testing
+from homeostat.recovery.judging import Follow, Judged, Judging, unholdable
 from homeostat.recovery.scene import Scene
+
+T = TypeVar("T")
 
 
 class Deliberation:
@@ -76,6 +81,11 @@ class Deliberation:
                 said = f"{self.proposer.name} suspects {remark.about}: {quote(remark.text, 200)}"
                 self._scene.alarm("unlisted-cause", f"{said}; nothing was decided by it, look at {remark.about}")
 
+    async def _unless_it_hangs(self, work: Awaitable[T]) -> T:
+        """One answer; TimeoutError where it never comes: what it is part of may have no end."""
+        async with asyncio.timeout_at(self._scene.cut()):
+            return await work
+
     @property
     def attempts(self) -> tuple[Attempt, ...]:
         """What it has proposed so far."""
@@ -99,7 +109,7 @@ class Deliberation:
         if polishing is None or path is None or actions is None or attempt.kind is not AlternativeKind.RELEASE:
             return
         try:
-            async with asyncio.timeout_at(end):
+            async with asyncio.timeout_at(self._scene.cut(end)):
                 better = await polishing.polish(situation, path, actions)
                 if better.digest == actions.digest:
                     return
@@ -111,10 +121,13 @@ class Deliberation:
         bettered = replace(found, polished=True) if isinstance(found, Approved) else None
         self._take(Judged(replace(polished.attempt, polished=True), bettered), alternatives)
 
-    async def refused(self, found: Approved, findings: tuple[Finding, ...], situation: Situation, end: float) -> None:
+    async def refused(
+        self, found: Approved | Testing, findings: tuple[Finding, ...], situation: Situation, end: float
+    ) -> None:
         """Teach the next attempt what the release check or the guard said of what was ``found``."""
-        before, states = self._advice, found.path.commanded
-        attempt = next(a for a in before.attempts if a.actions == found.actions)
+        before, what = self._advice, found.admitted.probe if isinstance(found, Testing) else found
+        states = () if what.path is None else what.path.commanded
+        attempt = next(a for a in reversed(before.attempts) if a.actions == what.actions)
         self._advice = replace(
             before,
             refused_paths=tuple(p for p in before.refused_paths if p != states),
@@ -125,7 +138,7 @@ class Deliberation:
             await self._reprompt(situation, replace(attempt, verdict=Revise(findings), hypotheses=()))
 
     async def _reprompt(self, situation: Situation, attempt: Attempt) -> None:
-        after = await self.proposer.reprompting.advise(situation, attempt, self._advice)
+        after = await self._unless_it_hangs(self.proposer.reprompting.advise(situation, attempt, self._advice))
         self._advice = replace(after, attempts=(*self._advice.attempts, attempt))
 
     async def _attempt(self, number: int, situation: Situation, alternatives: Alternatives) -> Judged:
@@ -135,7 +148,7 @@ class Deliberation:
         if kept is not None and self._open(kept, situation):
             plan: Plan | Revise = Hold(kept, advice.keep_s) if advice.keep_s else kept
         else:
-            plan = await proposer.planning.plan(situation, advice)
+            plan = await self._unless_it_hangs(proposer.planning.plan(situation, advice))
         match plan:
             case Revise():
                 return Judged(Attempt(number, None, None, plan), None)
@@ -163,7 +176,9 @@ class Deliberation:
 
         if not self._open(path, situation):
             raise NoAdmissiblePlan(f"{proposer.name}: {' > '.join(path.states)} is not open now")
-        actions = await proposer.action.act(situation, path, advice)
+        if seconds and (no_hold := unholdable(path)) is not None:  # before somebody thinks about commands in vain
+            return refused(no_hold)
+        actions = await self._unless_it_hangs(proposer.action.act(situation, path, advice))
         if isinstance(actions, Revise):
             return refused(actions)
         if (again := _said_before(advice, kind, seconds, actions.digest)) is not None:

@@ -33,6 +33,14 @@ TEST = "CHK-TEST"
 KINDS = AlternativeKind
 
 
+def unholdable(path: RecoveryPath) -> Revise | None:
+    """Why ``path`` cannot be held for a while, whatever its commands; None where it can."""
+    if not path.awaited:
+        return None
+    text = "a route with later steps cannot be held for a while; propose it for good"
+    return Revise((refusal(WAIT, text, Owner.PLANNING),))
+
+
 @dataclass(frozen=True, slots=True)
 class Judged:
     """One attempt, and what may be chosen because of it; None where it is refused."""
@@ -123,9 +131,6 @@ class Judging:
         """``actions`` for so many ``seconds``, and then the design of the state that the plant is in now."""
         state = self._rules.machine.state(situation.state)
         back = self._way_back(state, situation, actions)
-        if path.awaited:
-            text = "a route with later steps cannot be held for a while; propose it for good"
-            return Judged(Attempt(number, path, None, Revise((refusal(WAIT, text),))), None)
         then, ended = Follow(state.name, Part(back), state), Interruption(seconds, back)
         alone = await self._agents.simulation.roll_out(situation.diagnosis, actions)
         rollout, verdict = await self._rolled(situation, Part(actions, path), ended, then)

@@ -38,7 +38,7 @@ class Nuisances:
         """Try a few waits; until ``end``, by the event loop's clock [s]."""
         found = [*self._refused(tried), *self._closed(situation)][:MOST]
         try:
-            async with asyncio.timeout_at(end):
+            async with asyncio.timeout_at(self._scene.cut(end)):
                 for follow, nuisance in found:
                     await self._try(alternatives, situation, follow, nuisance)
         except TimeoutError:

@@ -47,7 +47,7 @@ class Postponing:
         self, wait: Callable[[int, float], Awaitable[Judged]], alternatives: Alternatives, end: float
     ) -> None:
         try:
-            async with asyncio.timeout_at(end):
+            async with asyncio.timeout_at(self._scene.cut(end)):
                 for number, seconds in enumerate(self._timing.times_s(OFFERED_S), 1):
                     judged = await wait(number, seconds)
                     if judged.found is not None:

@@ -13,6 +13,7 @@ from homeostat.agents.probing.twin_probing import CERTAIN
 from homeostat.agents.reliance import Relying
 from homeostat.agents.roles import Agents, Approved, Probe, Probing, Situation
 from homeostat.domain.advice import Attempt
+from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.diagnosis import Diagnosis, by_fault_set
 from homeostat.domain.events.recovery import Attempted, GaveUp, Probed, ProbeEnded
 from homeostat.domain.mode import Mode
@@ -102,7 +103,7 @@ class Probes:
         if probing is None or near or len(self._begun) >= bounds.probes or scene.now.mode is not Mode.CLOSED_LOOP:
             return None
         try:
-            async with asyncio.timeout_at(scene.end(began, situation.deadline_s)):
+            async with asyncio.timeout_at(scene.cut(scene.end(began, situation.deadline_s))):
                 found = await probing.probes(situation, scene.now.rest, bounds.probe_s)
                 fresh = [p for p in found if (p.actions.digest, p.apart) not in self._begun]
                 self.offered = tuple(p for p in fresh if p.path is not None)[:TRIED]
@@ -113,10 +114,13 @@ class Probes:
         if chosen is None:
             return None
         if chosen.probe.path is not None:
-            attempt = Attempt(1, chosen.probe.path, chosen.probe.actions, chosen.verdict)
+            told = chosen.probe.path, chosen.probe.actions, chosen.verdict
+            attempt = Attempt(1, *told, kind=AlternativeKind.TEST, seconds=bounds.probe_s)
             self._scene.record(Attempted.of(PROPOSER, attempt))
-        begun = await self.take(chosen, situation, PROPOSER)
-        return None if begun is None else begun.outcome
+        try:
+            return (await self.take(chosen, situation, PROPOSER)).outcome
+        except (Refused, Overtaken, Withdrawn, TimeoutError):
+            return None
 
     async def admitted(self, situation: Situation, probe: Probe) -> Admitted | None:
         """``probe`` with the fallback that ends it safely; None where it is not on offer, or none does."""
@@ -144,12 +148,16 @@ class Probes:
         asked = Relying(probe.actions, probe.path.commanded_states, (self._scene.now.rest, ended.actions), ended)
         return bool(await self._agents.simulation.relied_on(situation.diagnosis, asked, rollout))
 
-    async def take(self, chosen: Admitted, situation: Situation, proposer: str) -> Taken | None:
-        """Begin what ``proposer`` proposed; None where it was refused."""
+    async def take(self, chosen: Admitted, situation: Situation, proposer: str) -> Taken:
+        """Begin what ``proposer`` proposed; what does not begin is offered no more.
+
+        Raises as :meth:`Releasing.release` does.
+        """
         probe, scene = chosen.probe, self._scene
         alone = await self._agents.simulation.roll_out(situation.diagnosis, probe.actions)
         outcome: Released | NoActionNeeded
         self._begun.append((probe.actions.digest, probe.apart))
+        self.offered = tuple(other for other in self.offered if other != probe)
         state, commands = ("", ()) if probe.path is None else (probe.actions.target, probe.actions.commands)
         worth = (probe.nats, probe.value, probe.cost)
         scene.record(Probed(probe.apart, state, commands, self._bounds.probe_s, *worth, proposer))
@@ -166,7 +174,7 @@ class Probes:
                 outcome = (await self._releasing.release(found, situation.diagnosis)).outcome
             except (Refused, Overtaken, Withdrawn, TimeoutError) as failed:
                 scene.record(GaveUp(proposer, str(failed)))
-                return None
+                raise
             self._progress.expect(probe.actions.then, alone, outcome.at_s)
         until_s = outcome.at_s + self._bounds.probe_s
         self._under_way = _UnderWay(probe, until_s)

@@ -4,11 +4,12 @@ from collections.abc import Coroutine, Iterable, Sequence
 from dataclasses import replace
 
 from homeostat.agents.hypotheses import may_pass
-from homeostat.agents.roles import Agents, Approved, NoAdmissiblePlan, Situation
+from homeostat.agents.roles import Agents, NoAdmissiblePlan, Situation
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.events.recovery import GaveUp
 from homeostat.recovery.alternatives import Alternatives, digest_of, told
 from homeostat.recovery.beside_fallback import BesideFallback
+from homeostat.recovery.choices import Waiting
 from homeostat.recovery.deliberation import Deliberation
 from homeostat.recovery.judging import Judging
 from homeostat.recovery.nuisances import Nuisances
@@ -88,9 +89,9 @@ class Proposals:
                 alternatives.refuse(best, str(refusal))
                 reason = NoAdmissiblePlan(f"{best.proposer}: {refusal}")
                 asked = []
-                if not isinstance(best, Approved):
-                    continue
                 asked = [s for s in every if s.proposer.name == best.proposer]
+                if isinstance(best, Waiting) or not asked:  # the waits of the list are nobody's, and nobody learns
+                    continue
                 failed = await self._try(asked[0], asked[0].refused(best, refusal.findings, situation, end))
                 if failed is not None:  # whoever does not learn is not asked again
                     asked, reason = [], failed

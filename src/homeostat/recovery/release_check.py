@@ -22,7 +22,7 @@ from homeostat.domain.plant.tag import Tag, scales_of
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.request import Request, Seal
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, RolloutResult, Verdict, Violating
+from homeostat.domain.verdict import NOT_YET, Approve, Finding, Revise, Rollout, RolloutResult, Verdict, Violating
 from homeostat.guard.requests.permissives import refusal
 from homeostat.process.types import Flags
 from homeostat.recovery.bounds import RiskBounds
@@ -30,7 +30,7 @@ from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Twin
 
 FIRST = 0.8
-"""Share of the error that a check has after which nothing was refused lately [1]."""
+"""Share of the error that a check has before which none was made lately that came to nothing [1]."""
 LATER = (1.0 - FIRST) * 6.0 / math.pi**2
 """Share that the next one has; the k-th after it has it over k squared, so that all of them have what is left [1]."""
 RISK = "CHK-RISK"
@@ -47,6 +47,10 @@ class Check(Protocol):
 
     def check(self, fresh: Sequence[Snapshot], found: Approved, diagnosis: Diagnosis) -> Checked:
         """Judge ``found`` once more after the ``fresh`` snapshots, under ``diagnosis``."""
+        ...
+
+    def confirmed(self, diagnosis: Diagnosis) -> None:
+        """What was checked last under ``diagnosis`` was written: whatever is checked now is another question."""
         ...
 
 
@@ -79,7 +83,7 @@ class ReleaseCheck:
         self._scales = scales_of(tags.values())
         self._seal, self._configuration, self._risk = seal, configuration, risk or RiskBounds()
         self._count = self._certified = 0
-        self._in_vain: dict[bool, list[float]] = {}
+        self._spent: dict[bool, list[float]] = {}
 
     def check(self, fresh: Sequence[Snapshot], found: Approved, diagnosis: Diagnosis) -> Checked:
         """Roll ``found`` out again after the ``fresh`` snapshots, the last of which is now; seal it if it holds."""
@@ -101,11 +105,15 @@ class ReleaseCheck:
         if isinstance(verdict, Approve) and (unseen := self._relied_on(twin, found, hypotheses, rollout).findings):
             verdict = Revise(unseen)
         if isinstance(verdict, Approve):
-            refused = self._in_vain.setdefault(diagnosis.faulty, [])
-            verdict = self._certify(twin, found, hypotheses, verdict, refused, fresh[-1].at_s)
+            spent = self._spent.setdefault(diagnosis.faulty, [])
+            verdict = self._certify(twin, found, hypotheses, verdict, spent, fresh[-1].at_s)
         passed = isinstance(verdict, Approve) and verdict.digest == found.approval.digest == found.actions.digest
         request = self._request(found, diagnosis, fresh[-1].at_s) if passed else None
         return Checked(verdict, rollout, request)
+
+    def confirmed(self, diagnosis: Diagnosis) -> None:
+        """The checks before it have come to their end, and share the error with no later one."""
+        self._spent.pop(diagnosis.faulty, None)
 
     def _relied_on(
         self,
@@ -125,22 +133,26 @@ class ReleaseCheck:
         found: Approved,
         hypotheses: tuple[Hypothesis, ...],
         approval: Approve,
-        refused_s: list[float],
+        spent_s: list[float],
         now_s: float,
     ) -> Approve | Revise:
         """The approval with its certificate, on draws that nobody has seen; a refusal where the risk is too large.
 
-        Checks that refused lately, at ``refused_s`` [s], share one error with it, the first one most of it: asking
-        again is no second chance. One with whose share no draws could show anything is not made, and has no share.
+        Checks that were made lately, at ``spent_s`` [s], share one error with it, the first one most of it: asking
+        again is no second chance, whatever kept the earlier ones from being released. One with whose share no draws
+        could show anything is not made, and has no share.
         """
-        risk, draws, violations = self._risk, 0, 0
-        refused_s[:] = [at_s for at_s in refused_s if now_s - at_s <= risk.shared_s]
-        level = 1.0 - (1.0 - risk.level) * (LATER / len(refused_s) ** 2 if refused_s else FIRST)
-        if refused_s and interval(risk.most, 0, level, risk.required)[1] > risk.required:
-            again_s = refused_s[0] + risk.shared_s
-            text = f"{len(refused_s)} checks within {risk.shared_s:g} s have refused"
+        risk, draws, violations, beside = self._risk, 0, 0, found.beside is not None
+        if not risk.most:
+            return approval
+        spent_s[:] = [at_s for at_s in spent_s if now_s - at_s <= risk.shared_s]
+        level = 1.0 - (1.0 - risk.level) * (LATER / len(spent_s) ** 2 if spent_s else FIRST)
+        if spent_s and interval(risk.most, 0, level, risk.required)[1] > risk.required:
+            again_s = spent_s[0] + risk.shared_s
+            text = f"{len(spent_s)} checks within {risk.shared_s:g} s were for nothing that was written"
             text = f"{text}; nothing can be shown before {again_s:.0f} s"
-            return Revise((refusal(RISK, text),))
+            return Revise((refusal(NOT_YET, text),))
+        spent_s.append(now_s)  # before anything is drawn: one that breaks down or is given up was a chance as well
         self._certified += 1
         worst: dict[str, Finding] = {}
         while draws < risk.most:
@@ -153,16 +165,15 @@ class ReleaseCheck:
             violations += int((self._counted(twin, found, hypotheses, members, rollout) | unseen.members).sum())
             low, high = interval(draws, violations, level, risk.required)
             if high <= risk.required:
-                refused_s.clear()
-                return replace(approval, certificate=Certificate(draws, violations, high, level))
+                return replace(approval, certificate=Certificate(draws, violations, high, level, beside))
             judged = rollout_findings(rollout, (), self._limits.watched.hard, found.actions)
             for f in (*judged, *unseen.findings):
                 if not f.satisfied and (f.criterion not in worst or f.margin < worst[f.criterion].margin):
                     worst[f.criterion] = f
             if low > risk.required:
                 break
-        refused_s.append(now_s)
-        text = f"{violations} of {draws} rollouts violate a hard limit: at most {high:.2g} with {level:.1%} confidence"
+        counted = Certificate(draws, violations, high, level, beside)
+        text = f"{violations} of {draws} rollouts {counted.told}: at most {high:.2g} with {level:.1%} confidence"
         text, told = f"{text}; {risk.required:g} is admitted", Violating(violations, draws, violations / draws)
         refused = Finding(RISK, Owner.ACTION, risk.required - high, "1", 0.0, 0, text, None, told)
         return Revise((refused, *worst.values()))

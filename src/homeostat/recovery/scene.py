@@ -1,6 +1,7 @@
 """Scene: the plant as recovery knows it, and the one way in which recovery looks up and speaks."""
 
 import asyncio
+import math
 from collections import deque
 from collections.abc import Awaitable, Iterable
 from dataclasses import replace
@@ -107,8 +108,15 @@ class Scene:
         return self._desk.wall_s(process_s)
 
     def end(self, began: float, process_s: float) -> float:
-        """Time of the event loop at which thinking that ``began`` then and may take ``process_s`` is cut off [s]."""
-        return began + self._desk.wall_s(process_s)
+        """Time of the event loop at which thinking that ``began`` then and may take ``process_s`` is cut off [s].
+
+        Infinite where thinking costs what is declared: then each answer is cut off where it hangs, by :meth:`cut`.
+        """
+        return began + self._desk.wall_s(process_s) if math.isinf(self._desk.hang_s) else math.inf
+
+    def cut(self, end: float = math.inf) -> float:
+        """Time of the event loop at which what begins now is cut off: at ``end``, or where it hangs [s]."""
+        return min(end, asyncio.get_running_loop().time() + self._desk.hang_s)
 
     def send(self, message: Message) -> None:
         """Tell the guard."""

@@ -1,10 +1,13 @@
 """Taking: what was chosen from the list is done: released, released for a while, tried, or waited."""
 
 from homeostat.agents.roles import Approved, Situation
+from homeostat.domain.plant.limits import Owner
 from homeostat.domain.verdict import Released
+from homeostat.guard.requests.permissives import refusal
 from homeostat.recovery.choices import Choice, Testing, Waiting
+from homeostat.recovery.judging import TEST
 from homeostat.recovery.probing import Probes
-from homeostat.recovery.releasing import Overtaken, Refused, Releasing, Taken
+from homeostat.recovery.releasing import Overtaken, Refused, Releasing, Taken, Withdrawn
 from homeostat.recovery.scene import Scene
 from homeostat.recovery.waits import Waits
 
@@ -29,9 +32,12 @@ class Taking:
                     raise Overtaken(f"the plant went on to {self._scene.now.state!r} before it was waited")
                 return Taken(self._waits.wait(chosen), None, waiting=True)
             case Testing():
-                begun = await self._probes.take(chosen.admitted, situation, chosen.proposer)
-                if begun is None or not isinstance(begun.outcome, Released):
-                    raise Refused(())
+                try:
+                    begun = await self._probes.take(chosen.admitted, situation, chosen.proposer)
+                except (Withdrawn, TimeoutError) as failed:  # what else was found may be done all the same
+                    raise Refused((refusal(TEST, str(failed), Owner.PLANNING),)) from failed
+                if not isinstance(begun.outcome, Released):
+                    raise Refused((refusal(TEST, "nobody writes in this mode, and a test is no advice"),))
                 return begun
             case Approved():
                 taken = await self._releasing.release(chosen, situation.diagnosis)

@@ -10,6 +10,7 @@ from dataclasses import replace
 import pytest
 
 from homeostat.agents.checks import repetition_finding
+from homeostat.agents.language.answers import ANSWER
 from homeostat.agents.language.reach import HALF
 from homeostat.agents.language.reprompting import (
     MOST_REPEATS,
@@ -19,12 +20,15 @@ from homeostat.agents.language.reprompting import (
 )
 from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.roles import NoAdmissiblePlan
+from homeostat.agents.search.reprompting import MarginReprompting
 from homeostat.domain.advice import COST, Advice, Attempt, Sensitivity
+from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.plant.state_machine import State
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
-from homeostat.domain.verdict import Approve, Finding, Revise
+from homeostat.domain.remark import RemarkKind
+from homeostat.domain.verdict import CIRCUMSTANCES, Approve, Finding, Revise
 from homeostat.llm.model import ModelError, Question
 from homeostat.llm.scripted import ScriptedModel
 from tests.agents.briefings import briefing
@@ -169,7 +173,7 @@ def test_an_answer_without_commands_keeps_the_path() -> None:
     wrong = finding(-math.inf, "CHK-ANSWER", unit="1")
     desk = Desk()
     advice = desk.advise(Attempt(1, PATH, None, Revise((wrong,))))
-    assert keeps(advice) and advice.tries == 1 and "schema" in advice.hint
+    assert keeps(advice) and advice.tries == 0 and "schema" in advice.hint
     assert desk.simulation.criteria == [] and desk.model.asked == []
 
 
@@ -186,12 +190,12 @@ def repeated(number: int) -> Attempt:
     return Attempt(number, PATH, ACTIONS, Revise((repetition_finding(1),)))
 
 
-def test_the_same_again_gives_the_path_up_and_is_told_so() -> None:
+def test_the_same_again_is_told_so_and_closes_nothing() -> None:
     desk = Desk(feed(-400.0))
     first = desk.advise(attempt(finding(-1.0)))
     first = replace(first, attempts=(attempt(finding(-1.0)),))
     again = desk.advise(repeated(2), first)
-    assert not keeps(again) and again.refused_paths == (PATH.commanded,), "nothing else is seen on this path"
+    assert keeps(again) and again.tries == first.tries, "nothing new is known of this path"
     assert again.findings == first.findings and "judged before" in again.hint
     assert len(desk.simulation.criteria) == 1, "nothing is computed twice"
 
@@ -206,8 +210,69 @@ def test_a_model_that_goes_on_saying_the_same_is_not_asked_any_more() -> None:
         desk.advise(repeated(9), advice)
 
 
-def test_the_same_by_another_path_refuses_that_path() -> None:
+def test_the_same_by_another_path_closes_neither() -> None:
     other = RecoveryPath(PLANT.machine, (next(t for t in PLANT.machine.transitions if t.name == "t_hold"),))
     before = Advice(findings=(finding(-1.0),), attempts=(attempt(finding(-1.0)),), refused_paths=(PATH.commanded,))
     advice = Desk().advise(Attempt(2, other, ACTIONS, Revise((repetition_finding(1),))), before)
-    assert advice.route is Owner.PLANNING and advice.refused_paths == (PATH.commanded, other.commanded)
+    assert advice.route is Owner.PLANNING and advice.keep_path is None and advice.refused_paths == (PATH.commanded,)
+
+
+# --- what says nothing of the path -------------------------------------------------------------------------------
+
+
+def unread() -> Attempt:
+    return Attempt(1, PATH, None, Revise((finding(-math.inf, ANSWER),)))
+
+
+def test_malformed_answers_spend_no_try_and_close_nothing() -> None:
+    """Three of them and one small violation closed the path."""
+    desk, advice = Desk(feed(-400.0)), Advice()
+    for _ in range(TRIES):
+        advice = desk.advise(unread(), advice)
+        assert keeps(advice) and advice.tries == 0
+    advice = desk.advise(attempt(finding(-2.0)), advice)
+    assert keeps(advice) and advice.tries == 1
+    again = desk.advise(unread(), advice)
+    assert keeps(again) and again.tries == 1 and again.findings == (finding(-2.0),)
+    assert again.sensitivities == advice.sensitivities, "what was learnt still holds"
+
+
+def test_an_answer_that_cannot_be_read_keeps_a_hold_a_hold() -> None:
+    advice = Desk().advise(replace(unread(), kind=AlternativeKind.HOLD, seconds=60.0))
+    assert keeps(advice) and advice.keep_s == 60.0
+
+
+def test_a_hold_that_is_too_long_closes_no_path() -> None:
+    late = Finding("CHK-WAIT", Owner.PLANNING, -20.0, "s", 0.0, 0, "hold it for less")
+    hold = replace(attempt(late), kind=AlternativeKind.HOLD, seconds=300.0)
+    advice = Desk(feed(-400.0)).advise(hold, Advice(refused_paths=(("other",),)))
+    assert advice.route is Owner.PLANNING and advice.refused_paths == (("other",),) and advice.keep_path is None
+    assert "name a shorter time" in advice.hint
+
+
+def test_a_hold_that_violates_too_much_says_nothing_of_the_path_for_good() -> None:
+    hold = replace(attempt(finding(-1000.0)), kind=AlternativeKind.HOLD, seconds=300.0)
+    advice = Desk(feed(-400.0)).advise(hold)
+    assert advice.route is Owner.PLANNING and advice.refused_paths == ()
+    curable = replace(attempt(finding(-1.0)), kind=AlternativeKind.HOLD, seconds=300.0)
+    kept = Desk(feed(-400.0)).advise(curable)
+    assert keeps(kept) and kept.keep_s == 300.0
+
+
+@pytest.mark.parametrize("name", sorted(CIRCUMSTANCES))
+def test_what_would_have_met_any_proposal_closes_no_path(name: str) -> None:
+    desk = Desk(feed(-400.0))
+    advice = desk.advise(attempt(finding(-math.inf, name)))
+    assert advice.refused_paths == () and advice.hint and desk.model.asked == []
+    with pytest.raises(NoAdmissiblePlan, match=name):
+        asyncio.run(MarginReprompting({}).advise(now(), attempt(finding(-math.inf, name)), Advice()))
+
+
+def test_what_obeys_the_rules_of_its_prompt_is_an_answer() -> None:
+    """They ask for a reasoning; what gives one was dropped without a word."""
+    answer = '{"route": "action", "hint": "Less feed.", "reasoning": "The jacket is at its end."}'
+    desk = Desk(feed(0.0), answer=answer)
+    assert desk.advise(attempt(finding(-1.0))).hint == "Less feed." and len(desk.model.asked) == 1
+    (remark,) = desk.reprompting._briefing.said.drain()
+    assert remark.text == "The jacket is at its end." and remark.kind is RemarkKind.REASONING
+    assert "reasoning" in str(desk.model.asked[0].schema)

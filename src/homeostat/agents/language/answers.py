@@ -108,7 +108,8 @@ def reprompting_type() -> AnswerType:
     """The answers that name who should change something, and what."""
     owners: Any = Literal[tuple(owner.value for owner in Owner)]
     hint = Annotated[str, Field(max_length=200)]
-    return create_model("Reprompting", __config__=_STRICT, route=(owners, ...), hint=(hint, ...))
+    told: dict[str, Any] = {"route": (owners, ...), "hint": (hint, ...), "reasoning": (_Reasoning | None, None)}
+    return create_model("Reprompting", __config__=_STRICT, **told)
 
 
 def schema(kind: AnswerType) -> dict[str, object]:

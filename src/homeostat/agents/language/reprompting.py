@@ -19,7 +19,7 @@ from homeostat.domain.advice import COST, Advice, Attempt, Sensitivity
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import open_setpoints
-from homeostat.domain.verdict import REPEATED, Approve, Finding
+from homeostat.domain.verdict import REPEATED, Approve, Finding, circumstantial
 
 TRIES: Final = 4
 """Attempts on one path before another one is asked for."""
@@ -27,6 +27,8 @@ PROGRESS: Final = 0.9
 """A path is given up when the worst violation is not reduced to this share of what it was before [1]."""
 _WAITED: Final = "Until then, or with what follows, too much is violated: name a shorter time, or a path."
 """What is said to a wait that nothing but limits refuses."""
+_CIRCUMSTANCES: Final = "That would have met any proposal: wait, or name it again with other values."
+"""What is said to a refusal that is no reason of what was proposed."""
 MOST_REPEATS: Final = 2
 """A model that says again what was refused this often has nothing more to say."""
 
@@ -45,16 +47,13 @@ class TeachingReprompting:
         violated = attempt.verdict.violated
         if any(f.criterion == REPEATED for f in violated):
             return self._repeated(attempt, before)
-        hint = known_hint(violated)
+        hint, kept = known_hint(violated), before.refused_paths
+        if any(f.criterion == ANSWER for f in violated):
+            return _again(attempt, before, before.findings or violated, hint)
         if attempt.kind in (AlternativeKind.WAIT, AlternativeKind.TEST):
-            # It refuses no path; what was learnt of the commands on the one that was kept is still what is known.
-            refused = before.refused_paths
-            return Advice(violated, Owner.PLANNING, refused_paths=refused, hint=hint or _WAITED)
-        if attempt.actions is None and before.keep_path is not None:
-            # An answer that was none says nothing about the commands: what was learnt of them before still holds.
-            route = self._route(attempt, violated, (), before)
-            found = before.findings or violated
-            return _placed(attempt, before, Advice(found, route, sensitivities=before.sensitivities, hint=hint))
+            return Advice(violated, Owner.PLANNING, refused_paths=kept, hint=hint or _WAITED)
+        if circumstantial(violated):
+            return Advice(violated, Owner.PLANNING, refused_paths=kept, hint=hint or _CIRCUMSTANCES)
         slopes = await self._slopes(situation, attempt, violated)
         route = self._route(attempt, violated, slopes, before)
         if not hint and not any(s.slope for s in slopes if s.criterion != COST):
@@ -62,12 +61,14 @@ class TeachingReprompting:
         return _placed(attempt, before, Advice(violated, route, sensitivities=slopes, hint=hint))
 
     def _repeated(self, attempt: Attempt, before: Advice) -> Advice:
-        """The same feedback again, with the hint that it was the same proposal; its path is given up."""
+        """The same feedback again, with the hint that it was the same proposal; nothing new is known of its path."""
         repeats = sum(any(f.criterion == REPEATED for f in a.verdict.findings) for a in before.attempts) + 1
         if repeats >= MOST_REPEATS:
             raise NoAdmissiblePlan(f"{self._briefing.model.name}: repeats what was refused")
         hint = known_hint(attempt.verdict.findings)
-        return _placed(attempt, before, Advice(before.findings, Owner.PLANNING, hint=hint))
+        if attempt.path is not None and attempt.path == before.keep_path:
+            return _again(attempt, before, before.findings, hint)
+        return Advice(before.findings, Owner.PLANNING, refused_paths=before.refused_paths, hint=hint)
 
     async def _slopes(
         self, situation: Situation, attempt: Attempt, violated: Sequence[Finding]
@@ -87,6 +88,8 @@ class TeachingReprompting:
         """Action keeps the path while it has tries left, gets on, and its commands could cure what is violated."""
         if attempt.path is None or self._stuck(violated, before):
             return Owner.PLANNING
+        if attempt.kind is AlternativeKind.HOLD and any(f.owner is Owner.PLANNING for f in violated):
+            return Owner.PLANNING  # its time is asked for with its path
         if before.tries + 1 < TRIES and any(is_inadmissible(f) for f in violated):
             return Owner.ACTION  # what a rollout of commands shows that may not be given says nothing about the path
         if before.tries + 1 >= TRIES or any(f.owner is Owner.PLANNING for f in violated):
@@ -124,13 +127,22 @@ class TeachingReprompting:
 
 
 def _placed(attempt: Attempt, before: Advice, found: Advice) -> Advice:
-    """``found`` with the path of ``attempt`` kept for another try, or refused; an answer that was none refuses none."""
+    """``found`` with the path of ``attempt`` kept for another try, or refused; a hold says nothing of it for good."""
     if found.route is Owner.ACTION and attempt.path is not None:
         kept = replace(found, keep_path=attempt.path, keep_s=attempt.seconds, tries=before.tries + 1)
         return replace(kept, refused_paths=before.refused_paths)
-    unread = any(f.criterion == ANSWER for f in attempt.verdict.findings)
-    refused = () if attempt.path is None or unread else (attempt.path.commanded,)
+    refused = () if attempt.path is None or attempt.kind is AlternativeKind.HOLD else (attempt.path.commanded,)
     return Advice(found.findings, Owner.PLANNING, refused_paths=(*before.refused_paths, *refused), hint=found.hint)
+
+
+def _again(attempt: Attempt, before: Advice, findings: tuple[Finding, ...], hint: str) -> Advice:
+    """The same once more after what says nothing about the path of ``attempt``: no try is spent, and none is closed."""
+    path, refused = attempt.path, before.refused_paths
+    if path is None:
+        return Advice(findings, Owner.PLANNING, refused_paths=refused, sensitivities=before.sensitivities, hint=hint)
+    tries = before.tries if before.keep_path == path else 0
+    told = Advice(findings, Owner.ACTION, path, tries, refused, sensitivities=before.sensitivities, hint=hint)
+    return replace(told, keep_s=attempt.seconds)
 
 
 def is_inadmissible(finding: Finding) -> bool:

@@ -1,5 +1,6 @@
 """A playbook in memory: read once, fitted to a plant, asked for what is near."""
 
+import math
 from collections.abc import Container, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice, pairwise
@@ -39,15 +40,19 @@ class Book:
         self._measure = Measure(plant)
         fitting = _Fitting(plant)
         self._known: dict[tuple[str, str], list[tuple[Point, Known]]] = {}
+        self._failed: dict[tuple[str, str], list[tuple[Point, str]]] = {}
         for entry in entries:
-            if entry.answer is None or not entry.usable:
+            if entry.answer is None:
                 continue
             try:
                 point, known = self._measure.point(entry.occasion), fitting.known(entry, entry.answer)
             except ValueError as misfit:
                 self.troubles += (f"the entry from {entry.source!r} does not fit the plant: {misfit}",)
                 continue
-            self._known.setdefault(point.kind, []).append((point, known))
+            if entry.usable:
+                self._known.setdefault(point.kind, []).append((point, known))
+            else:
+                self._failed.setdefault(point.kind, []).append((point, known.actions.digest))
 
     def __len__(self) -> int:
         """Entries that may be tried again."""
@@ -56,14 +61,19 @@ class Book:
     def near(self, situation: Situation) -> list[tuple[float, Known]]:
         """What is near ``situation``, each after its distance [1]; the nearest first, of equals the latest.
 
-        Nothing is near a situation that the tables have no words for: whoever asks goes on without.
+        What failed as near as it helped, or nearer, is left out with every entry that commands the same. Nothing is
+        near a situation that the tables have no words for: whoever asks goes on without.
         """
         try:
             here = self._measure.point(self.occasion(situation))
         except ValueError:
             return []
         found = [(distance(here, point), known) for point, known in reversed(self._known.get(here.kind, ()))]
-        return sorted(((d, known) for d, known in found if d <= FAR), key=lambda pair: pair[0])
+        failed: dict[str, float] = {}
+        for point, digest in self._failed.get(here.kind, ()):
+            failed[digest] = min(distance(here, point), failed.get(digest, math.inf))
+        near = ((d, known) for d, known in found if d <= FAR and d < failed.get(known.actions.digest, math.inf))
+        return sorted(near, key=lambda pair: pair[0])
 
     def occasion(self, situation: Situation) -> Occasion:
         """``situation`` as the playbook sees it."""

@@ -16,11 +16,11 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 from homeostat.agents.checks import target_name
-from homeostat.agents.roles import Situation
+from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, RecoveryPath, open_setpoints
-from homeostat.domain.verdict import REPEATED, Approve, Finding
+from homeostat.domain.verdict import REPEATED, Approve, Finding, circumstantial
 
 CURABLE = 0.5
 """A violation of up to this many scales is worth another try on the same path."""
@@ -54,10 +54,15 @@ class MarginReprompting:
         self._scales, self._seen = scales, seen
 
     async def advise(self, situation: Situation, attempt: Attempt, before: Advice) -> Advice:
-        """Ask for more margin where the path can be cured, for another path where it cannot."""
+        """Ask for more margin where the path can be cured, for another path where it cannot.
+
+        NoAdmissiblePlan where what refused it would have refused anything else: the path is as good as it was.
+        """
         if isinstance(attempt.verdict, Approve):
             return Advice()
         violated = attempt.verdict.violated
+        if circumstantial(violated):  # another path would meet them as well, and only cost more
+            raise NoAdmissiblePlan(f"nothing is said of what was proposed: {violated[0].message}")
         again = any(f.criterion == REPEATED for f in violated)
         if again:
             violated = before.findings  # what it violated the first time, asked for more strongly

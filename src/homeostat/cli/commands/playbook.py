@@ -4,6 +4,7 @@ import argparse
 import sys
 
 from homeostat.cli.table import show_table
+from homeostat.domain.certificate import Certificate
 from homeostat.domain.playbook import Answer, Entry
 from homeostat.domain.quotation import printable
 from homeostat.evaluate.playbook.building import Answered, Hands, build, left_of
@@ -78,8 +79,12 @@ def _row(entry: Entry) -> tuple[str, str, str, str, str]:
         return _situation(entry), entry.reason, "", "", entry.source
     worst, bound = answer.worst, answer.certificate
     margin = "" if worst is None else f"{worst.amount:+.3g} {_unit(worst.unit)}({worst.criterion})"
-    certified = "" if bound is None else f", at most {bound.bound:.2g} violate"
+    certified = "" if bound is None else f", at most {bound.bound:.2g} {_counted(bound)}"
     return _situation(entry), _action(answer), f"{answer.cost_share:.1%}", margin + certified, _outcome(entry)
+
+
+def _counted(bound: Certificate) -> str:
+    return "do worse than the fallback" if bound.beside else "violate"
 
 
 def _situation(entry: Entry) -> str:

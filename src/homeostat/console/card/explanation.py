@@ -157,7 +157,7 @@ def _safe(card: Card) -> Iterator[str]:
         yield f"{proposal.checks} permissives and targets were judged beside them"
     if proposal.certificate is not None:
         c = proposal.certificate
-        violated = f"{c.violations} of {c.draws} draws violate a hard limit"
+        violated = f"{c.violations} of {c.draws} draws {c.told}"
         yield f"{violated}: at most {_percent(c.bound)}, with {_percent(c.level)} confidence"
     if proposal.foresight is not None:
         yield from _foreseen(proposal.foresight)

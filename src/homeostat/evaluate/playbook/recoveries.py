@@ -14,9 +14,10 @@ from homeostat import __version__
 from homeostat.agents.hypotheses import plausible, plausible_faults
 from homeostat.agents.playbook.distance import Measure
 from homeostat.agents.search.planning import unreliable_tags
+from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.people import ModeEntered
-from homeostat.domain.events.recovery import Attempted, Diagnosed, Noticed, ReleasedActions
+from homeostat.domain.events.recovery import Attempted, Diagnosed, GaveUp, Noticed, Probed, ReleasedActions
 from homeostat.domain.events.trips import FallbackActivated, Tripped
 from homeostat.domain.mode import Mode
 from homeostat.domain.plant.limits import Criterion, Limit, LimitKind
@@ -50,20 +51,28 @@ class Recovery:
 
 
 def recoveries(record: RunRecord) -> list[Recovery]:
-    """Every release of ``record`` that was to last: test moves are none, and have no cost."""
+    """Every release of ``record`` that was to last: holds and test moves are none, whoever proposed them."""
     found: list[Recovery] = []
     mode, noticed_s, diagnosis = Mode.CLOSED_LOOP.value, 0.0, Diagnosis(0.0, (), ())
     approved: dict[str, Attempted] = {}
+    tested = False
     for line in record.entries:
         match line.event:
             case ModeEntered() as entered:
                 mode = entered.mode
             case Noticed():
+                tested = False
                 noticed_s, diagnosis = line.at_s, Diagnosis(line.at_s, (), ())
             case Diagnosed() as told:
                 diagnosis = Diagnosis(line.at_s, told.symptoms, told.hypotheses)
-            case Attempted(approved=True) as attempt:
+            case Attempted(approved=True, what=AlternativeKind.RELEASE) as attempt:
                 approved[attempt.digest] = attempt
+            case Probed() as probed:
+                tested = bool(probed.state)  # what is released next is the test, whatever else has its commands
+            case GaveUp():
+                tested = False
+            case ReleasedActions() as released if tested or released.for_s:
+                tested = False
             case ReleasedActions() as released if (one := approved.get(released.digest)) and one.cost and one.path:
                 found.append(Recovery(line.at_s, noticed_s, mode, diagnosis, released, one))
     return found

@@ -183,6 +183,9 @@ def fallbacks(plant: Plant) -> tuple[FallbackStrategy, ...]:
     return fallback_strategies(plant.description)
 
 
+ANSWERS = 4.0
+"""Where an answer is cut off only because it hangs, recovery is given up after the time of so many of them [1]: one
+more than there are between two looks at the plant."""
 BUSY_S = 600.0
 """Longest that recovery may hold a plant that stands while it thinks, wall-clock [s]."""
 END_S = 5.0
@@ -299,7 +302,7 @@ def recovery_beside(plant: Plant, outside: Outside, seed: int, arrangement: Arra
     def failed(cause: str) -> None:
         send(Trouble("recovery:failed", cause))
 
-    busy_s = BUSY_S if clock.measured else clock.wall_s(0.0)
+    busy_s = BUSY_S if clock.measured else ANSWERS * clock.hang_s
     exchange = Exchange(clock, send, lost, ExchangeSettings(tick_s=plant.description.timing.tick_s, busy_s=busy_s))
     recovery = _recovery(plant, exchange, outside, seed, replace(arrangement, hurried=clock.measured))
     return exchange, Worker(exchange, recovery.supervise, failed)

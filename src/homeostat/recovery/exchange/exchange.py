@@ -99,6 +99,8 @@ class Exchange:
         """Every observation after process time ``at_s``, at least the freshest; charged thinking time passes first."""
         await self._settle()
         with self._changed:
+            if not self._clock.measured:  # nothing else ends a long deliberation: whoever looks up does not hang
+                self._busy_since = time.monotonic()
             found: list[Observation] = []
             for observation in reversed(self._kept):
                 if observation.now_s <= at_s:
@@ -166,6 +168,11 @@ class Exchange:
         """Whether observations wait that were not given yet."""
         with self._changed:
             return bool(self._unread)
+
+    @property
+    def hang_s(self) -> float:
+        """Wall-clock time after which one answer is taken to hang [s]; infinite where the time that is left ends it."""
+        return self._clock.hang_s
 
     def wall_s(self, process_s: float) -> float:
         """Wall-clock seconds after which thinking that may take ``process_s`` is cut off [s]."""
