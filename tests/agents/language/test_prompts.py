@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
+import re
 from dataclasses import replace
 
 import pytest
 
+from homeostat.agents.hypotheses import plausible
+from homeostat.agents.language.forbidding import MOST_TOLD, TITLE, forbidding_text
 from homeostat.agents.language.price_list import price_list
 from homeostat.agents.language.prompt_files import prompt_file, template_sha256
 from homeostat.agents.language.scripts import reasonable
-from homeostat.agents.language.situation import MOST_FINDINGS, NOTE_LIMIT, situation_text, worst_first
+from homeostat.agents.language.situation import MOST_FINDINGS, NOT_JUDGED, NOTE_LIMIT, situation_text, worst_first
 from homeostat.agents.language.speaker import BUDGET, LEAST_GRAPH, MOST_GRAPH, OMISSION, room
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.domain.advice import Advice
+from homeostat.domain.diagnosis import FaultState, Hypothesis
+from homeostat.domain.plant.limits import LimitKind, Limits, Owner
+from homeostat.domain.verdict import Finding
 from homeostat.llm.model import Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import estimate, exact
@@ -101,6 +108,67 @@ def test_a_hypothesis_that_is_hardly_believed_is_told_as_well() -> None:
     now = situation("fouling")
     told = situation_text(now, PLANT)
     assert told.count("Hypothesis p=") == len({h.name for h in now.diagnosis.hypotheses}) == 3
+
+
+def test_a_hypothesis_under_which_nothing_is_tried_is_marked() -> None:
+    """The rules say that all that is listed is tried; what is hardly believed is listed for whoever doubts."""
+    now = situation("fouling")
+    first, *others = now.diagnosis.hypotheses
+    hypotheses = (replace(first, probability=0.99), *(replace(h, probability=0.003) for h in others))
+    diagnosis = replace(now.diagnosis, hypotheses=hypotheses)
+    lines = [x for x in situation_text(replace(now, diagnosis=diagnosis), PLANT).splitlines() if "Hypothesis" in x]
+    judged = {h.name for h in plausible(diagnosis)}
+    assert len(lines) == 3 and judged == {"fouling"}
+    assert [NOT_JUDGED in line for line in lines] == ["fouling (" not in line for line in lines]
+    doubted = situation_text(replace(now, diagnosis=replace(diagnosis, doubts=True)), PLANT)
+    healthy = next(x for x in doubted.splitlines() if "nothing is wrong" in x)
+    assert NOT_JUDGED not in healthy and doubted.count(NOT_JUDGED) == 2
+    alone = replace(diagnosis, doubts=True, hypotheses=hypotheses[:1])
+    told = situation_text(replace(now, diagnosis=alone), PLANT)
+    assert "Judged as if this were so: nothing is wrong." in told and NOT_JUDGED in told
+
+
+def test_what_is_judged_is_listed_however_many_there_are() -> None:
+    now, faults = situation("fouling"), PLANT.faults[: MOST_FINDINGS + 2]
+    every = tuple(Hypothesis((FaultState(f.name, f.severity_nominal, 0.0),), 1.0 / len(faults)) for f in faults)
+    told = situation_text(replace(now, diagnosis=replace(now.diagnosis, hypotheses=every)), PLANT)
+    assert len(every) > MOST_FINDINGS and all(f"{f.name} (" in told for f in faults) and NOT_JUDGED not in told
+
+
+def test_a_reading_that_is_not_good_says_so() -> None:
+    now = situation("cool_stuck_closed")
+    seen = now.snapshot
+    marked = replace(
+        seen,
+        values={**seen.values, "L1": math.nan, "F2": math.nan},
+        bad=frozenset({"T1", "L1"}), uncertain=frozenset({"F1"}),
+        frozen_s={"T1": 1200.0}, reasons={"L1": "sensor «broken»"},
+    )  # fmt: skip
+    told = situation_text(replace(now, snapshot=marked), PLANT)
+    assert f"T1 {seen.values['T1']:.4g} K [bad: frozen since 1200 s]," in told, "and no trend"
+    assert "L1 no value [bad: «sensor" in told and "F2 no value," in told
+    assert f"F1 {seen.values['F1']:.4g} L/s [uncertain]" in told
+    assert "[" not in next(x for x in situation_text(now, PLANT).splitlines() if x.startswith("Now (change"))
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_planning_is_told_what_must_hold_before_anything_else_of_the_plant(fault: str) -> None:
+    shown = first(fault, "planning").prompt.partition(f"# Plant\n{TITLE}\n")[2].partition("\n:")[0]
+    criteria, limits = PLANT.limits.watched.forbidding
+    for rule in (*criteria, *limits):
+        assert f"- {rule.name}" in shown and rule.formula.text in shown
+    for permissive in PLANT.limits.of_kind(LimitKind.PERMISSIVE):
+        assert f"«{permissive.description}»" in shown
+
+
+def test_what_must_hold_is_short_where_there_is_much_of_it() -> None:
+    limits = tuple(replace(PLANT.limits.hard[0], name=f"LIM-{k}") for k in range(200))
+    many = replace(PLANT, limits=replace(PLANT.limits, limits=limits))
+    worst = Finding("LIM-150", Owner.ACTION, -9.0, "K", 0.0, 0, "")
+    told = forbidding_text(many, [worst])
+    assert estimate(told) <= MOST_TOLD and told.splitlines()[1].startswith("- LIM-150: ")
+    assert re.fullmatch(r"and \d+ more", told.splitlines()[-1])
+    assert forbidding_text(replace(PLANT, limits=Limits((), ())), []) == ""
 
 
 @pytest.mark.parametrize("fault", FAULTS)

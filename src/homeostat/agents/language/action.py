@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from homeostat.agents.hypotheses import plausible_faults
 from homeostat.agents.language.answers import AnswerType, Unusable, action_type, bounds, commands_in, no_value
 from homeostat.agents.language.feedback import cost_slopes_text, feedback_text, idle_text
-from homeostat.agents.language.situation import MOST_FINDINGS, worst_first
+from homeostat.agents.language.situation import MOST_FINDINGS, quality_text, worst_first
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import SearchSpace, design_commands
@@ -105,7 +105,7 @@ class LanguageAction:
         steps = "" if tag.increment is None else f" in steps of {tag.increment:g}"
         ramp = "" if tag.rate_limit is None else f", ramps {tag.rate_limit:g}{unit}/s"
         unset = "automatic" if admitted.design is None else "not known"
-        present = unset if math.isnan(now) else f"{now:.6g}{unit}"
+        present = (unset if math.isnan(now) else f"{now:.6g}{unit}") + quality_text(tag.name, situation.snapshot)
         words = quote(tag.description, 60)
         return f"- {tag.name} {words}: {low:g} to {high:g}{unit}{steps}{ramp}; now {present}, design {design}"
 

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from pydantic import BaseModel
@@ -10,6 +10,7 @@ from pydantic import BaseModel
 from homeostat.agents.hypotheses import plausible_faults
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, planning_type, unusable
 from homeostat.agents.language.feedback import feedback_text
+from homeostat.agents.language.forbidding import forbidding_text
 from homeostat.agents.language.situation import MOST_FINDINGS, ranked
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import Hold, NoAdmissiblePlan, Plan, Probe, Situation, Wait
@@ -21,6 +22,7 @@ from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.verdict import Revise
 from homeostat.knowledge.context.context import Context
 from homeostat.llm.model import Question
+from homeostat.llm.tokens import estimate
 
 SAME: Final = "; this is what follows without action"
 """Said of the path that the plant takes if nobody interferes."""
@@ -87,7 +89,11 @@ class LanguagePlanning:
         ahead = sorted({name for path in paths.values() for name in path.states})
 
         def find(budget: int) -> Context:
-            return self._briefing.context.planning_context(situation.state, event, ahead, faults, budget)
+            needed = forbidding_text(self._plant, situation.idle, budget // 2)
+            left = budget - estimate(needed)
+            found = self._briefing.context.planning_context(situation.state, event, ahead, faults, left)
+            text = f"{needed}\n{found.text}".strip()
+            return replace(found, text=text, tokens=found.tokens + budget - left, budget=budget)
 
         asked = self._briefing.question("planning", situation, self.TASK, values, kind, find)
         return Choice(asked, kind, paths, tests)

@@ -6,8 +6,9 @@ from typing import Final
 
 import numpy as np
 
+from homeostat.agents.hypotheses import plausible
 from homeostat.agents.roles import Situation
-from homeostat.domain.diagnosis import Hypothesis
+from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.plant.description import PlantDescription, Relation
 from homeostat.domain.quotation import quote, quoted
 from homeostat.domain.snapshot import Snapshot
@@ -23,6 +24,8 @@ MOST_FINDINGS: Final = 6
 """Most violated checks that are listed."""
 MOST_NEAR: Final = 4
 """Most checks that hold only just that are listed."""
+NOT_JUDGED: Final = " (not judged)"
+"""Marks a hypothesis under which nothing is tried."""
 NOTE_LIMIT: Final = 300
 """Longest operator note that is shown [characters]."""
 
@@ -34,7 +37,7 @@ def situation_text(situation: Situation, plant: PlantDescription, notes: Sequenc
         f"State {situation.state} ({quote(state.label)}) at {situation.snapshot.at_s:.0f} s; "
         f"{situation.deadline_s:.0f} s left to decide.",
         _symptoms(situation, plant),
-        *_hypotheses(situation.diagnosis.hypotheses, plant),
+        *_hypotheses(situation.diagnosis, plant),
         f"Now (change per minute): {_tags(situation, plant)}.",
         f"Without action: {_idle(situation.idle, plant.scales)}." if idle else "",
         _acts(situation),
@@ -91,34 +94,63 @@ def _symptoms(situation: Situation, plant: PlantDescription) -> str:
     return f"Symptoms: {'; '.join(told)}." if told else ""
 
 
-def _hypotheses(hypotheses: Sequence[Hypothesis], plant: PlantDescription) -> list[str]:
-    """One line per combination of faults, with between what its true size lies, or the sizes that the twin has."""
+def _hypotheses(diagnosis: Diagnosis, plant: PlantDescription) -> list[str]:
+    """One line per combination of faults: all that a proposal is judged by, and the likeliest others, marked.
+
+    Where what is judged is not among those, as where probably nothing is wrong, it is said besides.
+    """
+    judged, groups = {h.name: h for h in plausible(diagnosis)}, ranked(diagnosis.hypotheses)
     lines = []
-    for group in ranked(hypotheses)[:MOST_FINDINGS]:
-        probability, told = sum(h.probability for h in group), list[str]()
-        if group[0].something_else:
-            lines.append(f"Hypothesis p={probability:.2f}: something else, which the twin cannot show.")
-            continue
-        for k, first in enumerate(group[0].faults):
-            fault = plant.fault_mode(first.fault)
-            sizes = group[0].between or [h.faults[k].severity for h in group]
-            unit = "" if fault.severity_unit == "1" else f" {fault.severity_unit}"
-            size = f"{min(sizes):.3g}" if max(sizes) - min(sizes) < 1e-9 else f"{min(sizes):.3g} to {max(sizes):.3g}"
-            told.append(f"{first.fault} ({quote(fault.label, 60)}), severity {size}{unit}, since {first.onset_s:.0f} s")
-        lines.append(f"Hypothesis p={probability:.2f}: {' and '.join(told) or 'nothing is wrong'}.")
-    return lines
+    for k, group in enumerate(groups):
+        if k < MOST_FINDINGS or group[0].name in judged:
+            mark = "" if group[0].name in judged or group[0].something_else else NOT_JUDGED
+            lines.append(f"Hypothesis p={sum(h.probability for h in group):.2f}{mark}: {_faults(group, plant)}.")
+    besides = [[h] for name, h in judged.items() if all(name != group[0].name for group in groups)]
+    return [*lines, *(f"Judged as if this were so: {_faults(group, plant)}." for group in besides)]
+
+
+def _faults(group: Sequence[Hypothesis], plant: PlantDescription) -> str:
+    """A combination of faults, with between what its true size lies, or the sizes that the twin has."""
+    if group[0].something_else:
+        return "something else, which the twin cannot show"
+    told = []
+    for k, first in enumerate(group[0].faults):
+        fault = plant.fault_mode(first.fault)
+        sizes = group[0].between or [h.faults[k].severity for h in group]
+        unit = "" if fault.severity_unit == "1" else f" {fault.severity_unit}"
+        size = f"{min(sizes):.3g}" if max(sizes) - min(sizes) < 1e-9 else f"{min(sizes):.3g} to {max(sizes):.3g}"
+        told.append(f"{first.fault} ({quote(fault.label, 60)}), severity {size}{unit}, since {first.onset_s:.0f} s")
+    return " and ".join(told) or "nothing is wrong"
 
 
 def _tags(situation: Situation, plant: PlantDescription) -> str:
-    told = []
+    """Every reading, setpoint and command with its change, and what is the matter with those that are not good."""
+    told, now = [], situation.snapshot
     for signal in plant.signals:
-        value = situation.snapshot.values.get(signal.tag.name, math.nan)
-        if signal.relation in SHOWN and math.isfinite(value):
-            unit = "" if signal.tag.unit == "1" else f" {signal.tag.unit}"
-            change = _trend(situation.recent, signal.tag.name, plant.timing.tick_s)
-            moving = change is not None and abs(change) >= 0.05 * signal.tag.scale
-            told.append(f"{signal.tag.name} {value:.4g}{unit}" + (f" ({change:+.2g})" if moving else ""))
+        name, value = signal.tag.name, now.values.get(signal.tag.name, math.nan)
+        lacking = (
+            name in now.bad or name in now.uncertain or (signal.relation is Relation.MEASURES and name in now.values)
+        )
+        if signal.relation not in SHOWN or not (math.isfinite(value) or lacking):
+            continue  # a setpoint that is not in force has no value, and nothing is the matter with it
+        unit = "" if signal.tag.unit == "1" else f" {signal.tag.unit}"
+        known = math.isfinite(value) and name not in now.bad
+        change = _trend(situation.recent, name, plant.timing.tick_s) if known else None
+        moving = change is not None and abs(change) >= 0.05 * signal.tag.scale
+        shown = f"{value:.4g}{unit}" if math.isfinite(value) else "no value"
+        told.append(f"{name} {shown}{quality_text(name, now)}" + (f" ({change:+.2g})" if moving else ""))
     return ", ".join(told)
+
+
+def quality_text(tag: str, now: Snapshot) -> str:
+    """What is the matter with a reading: `` [bad: frozen since 1200 s]``; empty where it is good."""
+    if tag not in now.bad and tag not in now.uncertain and tag not in now.frozen_s:
+        return ""
+    quality = "uncertain" if tag in now.uncertain and tag not in now.bad else "bad"
+    if tag in now.frozen_s:
+        return f" [{quality}: frozen since {now.frozen_s[tag]:.0f} s]"
+    reason = now.reasons.get(tag, "")
+    return f" [{quality}: {quote(reason, 60)}]" if reason else f" [{quality}]"
 
 
 def _trend(recent: Sequence[Snapshot], tag: str, tick_s: float) -> float | None:

@@ -17,6 +17,7 @@ from homeostat.agents.language.answers import (
 from homeostat.agents.language.feedback import feedback_text
 from homeostat.agents.language.planning import LanguagePlanning
 from homeostat.agents.language.reprompting import TeachingReprompting, is_inadmissible
+from homeostat.agents.language.situation import quality_text
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import Plan, Situation
 from homeostat.agents.search.candidates import SearchSpace, design_commands
@@ -132,7 +133,7 @@ class StepAction:
         low, high = bounds(actuator, tag)
         now = situation.snapshot.values.get(tag.name, math.nan)
         unset = "automatic" if actuator.design is None else "not known"
-        present = unset if math.isnan(now) else f"{now:.6g}"
+        present = (unset if math.isnan(now) else f"{now:.6g}") + quality_text(tag.name, situation.snapshot)
         return f"- {tag.name} {quote(tag.description, 60)}: {low:g} to {high:g}; now {present}"
 
 
