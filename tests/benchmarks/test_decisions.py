@@ -64,8 +64,8 @@ def test_the_nominal_validator_has_one_rollout_and_no_certificate(monkeypatch: p
     monkeypatch.setattr(ReleasedActions, "of", noting)
     monkeypatch.setattr(Attempted, "of", attempted)
     short, plant = scenario_of, load_plant("cstr")
-    monkeypatch.setattr(risk, "scenario_of", lambda plant, faults, seed: short(plant, faults, seed, 420.0))
-    cause = Cause("stuck", KNOWN, fault="cool_stuck_closed", severity=0.6, onset_s=300.0)
+    monkeypatch.setattr(risk, "scenario_of", lambda plant, faults, seed: short(plant, faults, seed, 960.0))
+    cause = Cause("stuck", KNOWN, fault="cool_stuck_closed", severity=0.7, onset_s=900.0)
     assert measure_nominal(plant, cause, 1, "twice").released_s is not None
     assert drawn == [0] and judged <= {0, 1} and released[0].certificate is None
 
