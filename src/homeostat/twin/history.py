@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
 from itertools import islice
+from typing import TypeAlias
 
 import numpy as np
 
@@ -24,6 +25,9 @@ NEAR = 5
 """First readings that their course may not lead away from: what steps among them has no straight line."""
 FEWEST = 5
 """Fewer readings have no course that stands out of their noise."""
+
+_Begun: TypeAlias = tuple[Callable[[Mapping[str, float]], Vec], Mapping[str, float], Vec]
+"""How a state is estimated, the readings that it was estimated of, and what it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +52,8 @@ class Window:
     """Variable -> when a reading of it changed last, before the window, of those that had changed most times [s]."""
     unseen: Mapping[str, float] = field(default_factory=dict)
     """State that no instrument shows -> where it was at the first reading; what is not named nobody followed."""
+    _begun: list[_Begun] = field(default_factory=list, init=False, repr=False, compare=False)
+    """What :meth:`begun` worked out; a window that is made of this one begins without it."""
 
     @property
     def length(self) -> int:
@@ -75,6 +81,22 @@ class Window:
         none that it had then.
         """
         return {v: _first(r[: self.settle_rows]) for v, r in self.readings.items()}
+
+    def begun(self, estimate: Callable[[Mapping[str, float]], Vec]) -> tuple[Mapping[str, float], Vec]:
+        """:attr:`beginning`, and the state that ``estimate`` takes from it and :attr:`unseen`; neither may be changed.
+
+        Both are worked out once: one look replays a window hundreds of times, and a large plant's state takes as long
+        as a replay.
+        """
+        for known, first, state in self._begun:
+            if known == estimate:
+                return first, state
+        first = self.beginning
+        # Not averaged: the first reading of those that are not finite throughout.
+        manual = {v: float(r[0]) for v, r in self.readings.items() if not np.all(np.isfinite(r))}
+        state = estimate({**first, **manual, **self.unseen})
+        self._begun.append((estimate, first, state))
+        return first, state
 
     def at(self, row: int) -> dict[str, float]:
         """Readings of one row."""

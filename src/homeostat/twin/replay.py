@@ -31,15 +31,17 @@ def replay(
     carried: Carried,
     variables: tuple[str, ...],
     offset: Table | None = None,
+    refuse: bool = True,
 ) -> Replay:
     """Follow ``window`` with every member open loop.
 
-    ``offset`` adds to the initial states, shape (members, states). Raises ProcessError as the engine does.
+    ``offset`` adds to the initial states, shape (members, states). Raises ProcessError as the engine does; without
+    ``refuse`` the state of a member that leaves the physical world on its way is NaN, and all others go on.
     """
     states = starting_states(model, window, parameters, carried, variables)
     if offset is not None:
         states = states + offset
-    result = _run(model, window, states, parameters, carried, variables, window.length - 1)
+    result = _run(model, window, states, parameters, carried, variables, window.length - 1, refuse)
     return Replay(result.record, result.state)
 
 
@@ -53,8 +55,8 @@ def starting_states(
     member's own faults have put it: a valve that was stuck before the window does not move into its place within it.
     Where such a state has been for long, it stands where it was followed to.
     """
-    first = window.beginning
-    states = np.tile(model.estimate({**first, **_manual(window), **window.unseen}), (len(parameters), 1))
+    first, taken = window.begun(model.estimate)
+    states = np.tile(taken, (len(parameters), 1))
     commanded = model.replay_inputs(window.readings, window.inputs)[:1]
     arrived, follows = moved_inputs(commanded, carried.moves, window.start_s, tick_of(model.kernel))
     model.settle(states, arrived[follows, 0], parameters, carried.severity, carried.onset_s, window.start_s)
@@ -118,15 +120,11 @@ def _run(
     carried: Carried,
     variables: tuple[str, ...],
     steps: int,
+    refuse: bool = True,
 ) -> BatchResult:
     shown = tuple(model.shown[v] for v in variables)
     batch = replace(open_loop(model, window, states, parameters, carried), record=shown, steps=steps)
     name = model.states.__getitem__
     if carried.moved:
-        return simulate(model.kernel, replace(batch, moves=Moves.of(carried.moves)), name)
-    return simulate_with_prefix(model.kernel, batch, name)
-
-
-def _manual(window: Window) -> dict[str, float]:
-    """Readings that must not be averaged: the first of those that are not finite throughout."""
-    return {v: float(r[0]) for v, r in window.readings.items() if not np.all(np.isfinite(r))}
+        return simulate(model.kernel, replace(batch, moves=Moves.of(carried.moves)), name, refuse)
+    return simulate_with_prefix(model.kernel, batch, name, refuse)

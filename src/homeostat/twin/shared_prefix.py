@@ -16,21 +16,26 @@ ROUNDED = 1e-9
 """Share of a tick by which an onset may be rounded [1]."""
 
 
-def simulate_with_prefix(kernel: Kernel, batch: Batch, describe: Callable[[int], str]) -> BatchResult:
+def simulate_with_prefix(
+    kernel: Kernel, batch: Batch, describe: Callable[[int], str], refuse: bool = True
+) -> BatchResult:
     """As :func:`~homeostat.process.batch.simulate`, to the bit, for members without noise that follow one schedule.
 
-    ``batch`` records every tick.
+    ``batch`` records every tick. Without ``refuse``, those whose prefix leaves the physical world do so by themselves.
     """
     before = _without_newest(batch, tick_of(kernel))
     state, begin = batch.state.copy(), np.zeros(len(batch.state), dtype=np.int64)
     prefixes = []
     for members in _families(batch, before):
         length = int(before.ticks[members].max())
-        prefix = simulate(kernel, _leader(batch, before, members[0], length), describe).record[0]
+        shared = simulate(kernel, _leader(batch, before, members[0], length), describe, refuse)
+        if np.isnan(shared.state).any():
+            continue
+        prefix = shared.record[0]
         begin[members] = before.ticks[members]
         state[members] = prefix[begin[members] - 1]
         prefixes.append((members, prefix[:, batch.record]))
-    result = simulate(kernel, replace(batch, state=state, begin=begin), describe)
+    result = simulate(kernel, replace(batch, state=state, begin=begin), describe, refuse)
     for members, shown in prefixes:
         for m in members:
             result.record[m, : begin[m]] = shown[: begin[m]]

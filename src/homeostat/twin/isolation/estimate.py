@@ -110,7 +110,7 @@ class Estimation:
             always = self._best(lasting, rows[:1], steps[:1]).score
             found.append(self._best(lasting, rows, steps))
             if len(newest):
-                found.append(self._best(lasting, newest, self._responses.steps(unit, newest)))
+                found.append(self._best(lasting, newest, self._responses.of_newest(unit, steps)))
         if growing:
             found.append(self._best(growing, rows, self._responses.ramps(steps)))
         yield from (each for each in found if each.score > always + CHANGED_NATS)

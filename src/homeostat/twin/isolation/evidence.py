@@ -24,7 +24,7 @@ from homeostat.twin.history import Window
 from homeostat.twin.isolation.input_errors import LATE, distant_inputs, late_inputs, weaker_inputs
 from homeostat.twin.isolation.unseen_beginning import unseen_beginning
 from homeostat.twin.isolation.wandering import wandering
-from homeostat.twin.replay import replay
+from homeostat.twin.replay import Replay, replay
 
 TEMPER = 3.0
 """Evidence is divided by this: the model's errors are neither quite constant nor quite white."""
@@ -155,13 +155,20 @@ class Evidence:
 
     def residuals(self, sets: Sequence[FaultSet]) -> Table:
         """Readings minus what each of ``sets`` predicts, in standard deviations, shape (sets, readings)."""
+        return self._misfit(self._replayed(sets))
+
+    def _replayed(self, sets: Sequence[FaultSet], refuse: bool = True) -> Replay:
         members = np.tile(self.posterior.mean, (len(sets), 1))
-        run = replay(self.model, self.window, members, self.carrier.carry(sets, self.window), self.variables)
+        carried = self.carrier.carry(sets, self.window)
+        return replay(self.model, self.window, members, carried, self.variables, refuse=refuse)
+
+    def _misfit(self, run: Replay) -> Table:
+        """Readings minus what was predicted, in standard deviations, shape (members, readings)."""
         # In place: what was predicted may be tens of megabytes.
         predicted = self._through_filters(run.predicted)
         misfit = np.subtract(self._seen, predicted, out=predicted)
         misfit *= self._weight  # a reading that was not there says nothing
-        return misfit.reshape(len(sets), -1)
+        return misfit.reshape(len(misfit), -1)
 
     def repeats(self, variable: str, faults: FaultSet) -> bool:
         """Whether with ``faults`` the instrument of ``variable`` shows one value only at the end of the window."""
@@ -189,13 +196,16 @@ class Evidence:
         if len(sets) > most:
             return np.concatenate([self.likelihoods(sets[k : k + most]) for k in range(0, len(sets), most)])
         try:
-            loss, _ = self.losses(self.residuals(sets))
-        except ProcessError:
+            run = self._replayed(sets, refuse=False)
+        except ProcessError:  # one of them does not even begin as a plant
             if len(sets) == 1:
                 return np.array([-np.inf])
             half = len(sets) // 2
             return np.concatenate([self.likelihoods(sets[:half]), self.likelihoods(sets[half:])])
-        return np.asarray(-0.5 * loss / TEMPER)
+        lost = np.isnan(run.state).any(axis=1)
+        run.predicted[lost] = 0.0
+        loss, _ = self.losses(self._misfit(run))
+        return np.where(lost, -np.inf, -0.5 * loss / TEMPER)
 
     def fit(self, left: Vec, block: int = BLOCK) -> Fit:
         """How well an explanation fits of which ``left`` is left, shape (readings,), in blocks of so many readings.

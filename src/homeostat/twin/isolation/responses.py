@@ -74,6 +74,15 @@ class Responses:
                 change = self._of_reading(effect.quantity, chosen)
         return self._evidence.whiten(change * size)
 
+    def of_newest(self, effect: Effect, steps: Table) -> Table:
+        """:meth:`steps` from each of :attr:`newest` on; ``steps``, from all :attr:`rows`, are not worked out again."""
+        there = np.isin(self.newest, self.rows)
+        found = np.empty((len(self.newest), steps.shape[1]))
+        found[there] = steps[np.searchsorted(self.rows, self.newest[there])]
+        if not there.all():
+            found[~there] = self.steps(effect, self.newest[~there])
+        return found
+
     def ramps(self, steps: Table) -> Table:
         """Response to what grows by a unit per second, from ``steps`` at all :attr:`rows`; the same shape."""
         return np.asarray(np.cumsum(steps[::-1], axis=0)[::-1] * (self.every * self._evidence.window.tick_s))
