@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,11 +14,14 @@ import pytest
 from pyarrow import parquet
 
 from homeostat.domain.plant.limits import LimitKind
+from homeostat.evaluate.reference.best_constant import BestConstant
+from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.study.measurement import KeptRuns, measure, without_faults
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.plan.plants import loaded
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
+from homeostat.plants.plant import Plant
 from homeostat.record.row import Row
 from tests.evaluate.study.plans import BATCH, COOLING, PUMP, lasting, one
 
@@ -313,3 +317,34 @@ def test_hindsight_searches_the_true_plant_and_not_its_model() -> None:
     best, idle = (measure(one(who, disturbed, mismatch="plant"), KeptRuns(None)) for who in ("hindsight", "do-nothing"))
     assert idle.exposure_s > 0.0 and not idle.success
     assert best.exposure_s < idle.exposure_s and best.mismatch == "plant"
+
+
+@pytest.mark.parametrize(
+    ("changed", "from_s"),
+    [
+        ({"fault": "none", "onset_s": None, "begins_in": "reduced_load", "setpoints": {"F1.sp": 0.02}}, 1.0),
+        ({"begins_in": "reduced_load"}, 900.0),
+        ({"setpoints": {"T1.sp": 305.0}}, 900.0),
+        ({"fault": "none", "onset_s": None}, None),
+    ],
+)
+def test_hindsight_searches_the_plant_as_it_stands_when_the_run_begins(
+    changed: dict[str, Any], from_s: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What an operator has set, or a state to begin in, is enough to search from the start on."""
+    asked: list[tuple[Plant, float]] = []
+
+    def nothing(plant: Plant, scenario: Scenario, at_s: float) -> BestConstant:
+        asked.append((plant, at_s))
+        return BestConstant(None, math.nan, 0, 1)
+
+    monkeypatch.setattr("homeostat.evaluate.study.hindsight.best_answer", nothing)
+    scenario = {**COOLING, "name": "elsewhere", **changed}
+    row, idle = (measure(one(who, scenario), KeptRuns(None)) for who in ("hindsight", "do-nothing"))
+    assert [at_s for _, at_s in asked] == ([] if from_s is None else [from_s])
+    for plant, _ in asked:
+        start = dict(zip(plant.model.inputs, plant.start.tolist(), strict=True))
+        for tag, value in changed.get("setpoints", {}).items():
+            assert start[plant.description.variables[tag]] == value
+        assert plant.description.machine.initial.name == changed.get("begins_in", "starting")
+    assert (row.exposure_s, row.production_loss) == (idle.exposure_s, idle.production_loss)

@@ -5,6 +5,7 @@ import time
 from dataclasses import replace
 
 from homeostat.domain.recovery import Command
+from homeostat.evaluate.beginning import begun
 from homeostat.evaluate.reference.best_answer import best_answer
 from homeostat.evaluate.reference.best_constant import STRIDE
 from homeostat.evaluate.reference.best_route import best_route, sequencer_along
@@ -23,10 +24,11 @@ def hindsight_row(job: Job) -> Row:
     """The row of the best that could have been done; no success where nothing admissible was found.
 
     For a batch every route and speed from the start; otherwise constant setpoints of every recovery target from the
-    onset on. Where none of them keeps every limit, nothing at all, if the plant comes back by itself.
+    onset on, or from the start where nothing is wrong but where the run begins, or what an operator has set. Where none
+    of them keeps every limit, nothing at all, if the plant comes back by itself.
     """
     begin = time.monotonic()
-    plant, chosen = plant_of(job), job.scenario
+    plant, chosen = begun(plant_of(job), job.scenario), job.scenario
     idle = run_steered(plant, chosen, new_sequencer(plant))
     found = _best_batch(plant, chosen) if idle.nominal_s is not None else _best_setpoints(plant, chosen)
     if found is None and succeeded(idle):
@@ -44,11 +46,13 @@ def _best_batch(plant: Plant, chosen: Scenario) -> Run | None:
 
 
 def _best_setpoints(plant: Plant, chosen: Scenario) -> Run | None:
-    if chosen.onset_s is None:
-        return None
+    ordered = chosen.begins_in or chosen.setpoints
+    begins_s = 0.0 if chosen.onset_s is None and ordered else chosen.onset_s
+    if begins_s is None:
+        return None  # nothing is wrong, and everything as it is by design
     timing = plant.description.timing
     # The first tick at which anything can be commanded.
-    onset_s = timing.at_s(max(1, math.ceil(chosen.onset_s / timing.tick_s)))
+    onset_s = timing.at_s(max(1, math.ceil(begins_s / timing.tick_s)))
     if chosen.end_s - onset_s < STRIDE * timing.tick_s:
         return None  # too late for anything
     best = best_answer(plant, chosen, onset_s)
