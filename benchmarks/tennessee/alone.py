@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -66,10 +65,23 @@ def upsets() -> dict[int, Upset]:
     return found
 
 
+def stuck(plant: Plant) -> dict[str, Upset]:
+    """Name -> each valve of ``plant`` stuck closed, stuck open, and where it stands when it sticks."""
+    known = {fault.name for fault in plant.description.faults}
+    found = {}
+    for valve in dict.fromkeys(fault.component for fault in plant.description.faults):
+        ends = {f"{valve} {end}": f"{valve}_stuck_{end}" for end in ("closed", "open")}
+        if not known.issuperset(ends.values()):
+            continue
+        found |= {name: Upset(0, fault, (), "", "") for name, fault in ends.items()}
+        found[f"{valve} as it stands"] = Upset(0, "", (f"{valve} stiction 1",), "", "")
+    return found
+
+
 HEALTHY = Upset(0, "", (), "", "")
 """No disturbance at all."""
-FAULTS: Mapping[int, str] = {idv: upset.fault for idv, upset in upsets().items() if upset.fault}
-"""Number of a published disturbance -> the fault of the plant that it is."""
+HIDDEN = (16, 17, 18, 20)
+"""Numbers of the published disturbances that stand in no table, neither there nor here."""
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.host import commit, measured_on
+from benchmarks.tennessee import campaign as campaigned
 from benchmarks.tennessee.alone import Trip, Upset
 from benchmarks.tennessee.engine import MEMBERS, Speed
 from benchmarks.tennessee.operated import HOURS, LEVELS, MISMATCH, THOUGHT_S, Looked
 from benchmarks.tennessee.published import OUTPUTS, SETTLED_H
+from benchmarks.tennessee.qualify import qualified
 from benchmarks.tennessee.spread import mean
 from benchmarks.unknown.sections import table
+from homeostat.record.row import Row
 
 WITHIN = 0.05
 """How far a time to a trip may be from that of the published code [1]."""
@@ -41,23 +44,33 @@ happens: the published readings of temperature and level are mostly noise there,
 noise once a minute. Random courses are others in each run, and those of 8 and 13 are few slow swings: their ratios are
 rough.
 """
+CAMPAIGN = """## Thirteen scenarios in three seeds
+
+`campaigns/tennessee.toml`: ours, of the shape of a published study (arXiv 2608.19819) whose definitions are not public.
+Each begins under regulatory control. *Kept*: seeds in which no trip limit is left; *acted*: in which a proposal was
+released or the fallback acted; *lost*: mean share of the production of the same plant without a fault. `do-nothing` is
+regulatory control.
+"""
 OPERATED = """## Looked after
 
 Everything on, for {hours} h after the onset; every thought declared as {thought:g} s; the true plant is not the
 model (mismatch `{mismatch}`: kinetics and valve ranges within 5 %, heat transfer within 10 % in 95 of 100 plants; bent
-valves, films, heat losses, daily waters). *With nobody*: the same plant. {there} of {asked} runs are in. *By
-hindsight*, from the moment at which it was noticed: how many constant answers of all states that may be recovered to
-keep every trip limit ({levels} values of each open setpoint and that of the design, on the true plant with its faults
-known), and what the cheapest loses.
+valves, films, heat losses, daily waters). Every published disturbance by itself, and every valve stuck closed, stuck
+open, and stuck as it stands. *With nobody*: the same plant. {there} of {asked} runs are in. *Called*: what was
+likeliest when something was released, or was said last. *To act by*: the latest time at which something must be done,
+as the twin said first; that is five minutes before the first of its members trips, and compares with the trip *with
+nobody*. *Margin*: the least true one to a trip limit, in scales of its unit. *By hindsight*, from the moment at which
+it was noticed: how many constant answers of all states that may be recovered to keep every trip limit ({levels} values
+of each open setpoint and that of the design, on the true plant with its faults known), and what the cheapest loses.
+*Decided*: by the clock, from the notice to the first action, on a host that had other work.
 """
 ENGINE = """## Engine
 
 Times by the clock of a host that had other work: compare them with its yardstick below.
 """
-MISSED = """## Asked for, and not there
-
-39 of 39 episodes; every stuck actuator in three seeds; a decision within 20 s (a look takes half a minute on two slow
-cores)."""
+MISSED = "## Asked for, and not there"
+DECISION_S = 20.0
+"""What a decision may take by the clock [s]."""
 
 
 @dataclass(frozen=True)
@@ -80,16 +93,21 @@ def write(
     runs: Sequence[Looked],
     asked: int,
     speed: Speed,
+    campaign: Sequence[Row],
 ) -> None:
-    """Write the page."""
+    """Write the page; ``asked``: how many ``runs`` there are when all are in."""
+    kinds = qualified()
     sections = (
         HEAD.format(commit=commit("src", "benchmarks/tennessee")) + "\n" + _beside(beside),
         VARIES + "\n" + _varies(beside),
+        CAMPAIGN + "\n" + (campaigned.told(campaign, kinds) if campaign else "None of it is in."),
         OPERATED.format(hours=HOURS, mismatch=MISMATCH, thought=THOUGHT_S, there=len(runs), asked=asked, levels=LEVELS)
         + "\n"
+        + _summary(runs)
+        + "\n\n"
         + _operated(runs),
         ENGINE + "\n" + _engine(speed),
-        MISSED,
+        _missed(runs, asked, [*campaigned.missing(campaign, kinds)]),
         measured_on(),
     )
     path.write_text("\n\n".join(sections) + "\n", encoding="utf-8")
@@ -133,28 +151,61 @@ def _varies(beside: Beside) -> str:
     return table(("IDV", *OUTPUTS), rows)
 
 
+def _summary(runs: Sequence[Looked]) -> str:
+    """How many trip, with nobody and looked after, and how many of what stands in no table is called unknown."""
+    if not runs:
+        return "None of it is in."
+    alone, ours = (sum(t) for t in ([math.isfinite(r.trip.hours) for r in runs], [r.outside_s > 0.0 for r in runs]))
+    hidden = [run for run in runs if run.hidden]
+    noticed = [run for run in hidden if run.called]
+    return (
+        f"With nobody {alone} of {len(runs)} leave a trip limit, looked after {ours}. Of {len(hidden)} runs with what "
+        f"stands in no table {len(noticed)} were given a name or called unknown: {sum(r.unknown for r in noticed)} "
+        "unknown."
+    )
+
+
+def _missed(runs: Sequence[Looked], asked: int, campaign: Sequence[str]) -> str:
+    """What does not follow from what is in."""
+    found = list(campaign)
+    if len(runs) < asked:
+        found.append(f"every disturbance and stuck valve in three seeds: {len(runs)} of {asked} runs are in")
+    slow = [run.decision_s for run in runs if run.decision_s is not None and run.decision_s > DECISION_S]
+    if slow:
+        found.append(f"a decision within {DECISION_S:g} s: {len(slow)} took longer, up to {max(slow):.0f} s")
+    lost = [f"{run.name} seed {run.seed}" for run in runs if run.outside_s > 0.0 and run.kept_by]
+    if lost:
+        found.append(f"inside the trip limits wherever a constant answer keeps them: not in {', '.join(lost)}")
+    called = [f"{run.name} seed {run.seed}" for run in runs if run.hidden and run.called and not run.unknown]
+    if called:
+        found.append(f"what stands in no table called unknown: another name in {', '.join(called)}")
+    return "\n".join([MISSED, "", *(f"- {text}" for text in found or ["nothing"])])
+
+
 def _operated(runs: Sequence[Looked]) -> str:
     heads = (
-        "fault",
-        "seed",
-        "with nobody",
-        "outcome",
-        "noticed",
-        "released",
-        "lost",
-        "outside a trip limit",
-        "by hindsight",
-        "CPU",
-    )
+        "disturbance", "seed", "with nobody", "outcome", "noticed", "called", "to act by", "released", "action",
+        "margin", "lost", "outside a trip limit", "by hindsight", "decided", "CPU",
+    )  # fmt: skip
     rows = [
         (
-            f"`{one.fault}`", one.seed, one.trip.told, one.outcome, *map(_minutes, (one.detected_s, one.released_s)),
-            "none" if one.lost is None else f"{one.lost:.1%}", f"{one.outside_s:.0f} s",
-            _hindsight(one), f"{one.cpu_s:.0f} s",
+            f"{one.name}: `{one.told}`", one.seed, one.trip.told, one.outcome, _minutes(one.detected_s), _called(one),
+            _minutes(one.foreseen_s), _minutes(one.released_s), one.action or "none",
+            f"{one.least_margin:.2f} ({one.least_margin_limit})", "none" if one.lost is None else f"{one.lost:.1%}",
+            _outside(one), _hindsight(one),
+            "" if one.decision_s is None else f"{one.decision_s:.0f} s", f"{one.cpu_s:.0f} s",
         )
         for one in runs
     ]  # fmt: skip
     return table(heads, rows)
+
+
+def _outside(one: Looked) -> str:
+    return f"{one.outside_s:.0f} s" if math.isfinite(one.outside_s) else "to the end"
+
+
+def _called(one: Looked) -> str:
+    return f"`{one.called}` {one.probability:.2f}" if one.probability is not None else "nothing"
 
 
 def _hindsight(one: Looked) -> str:

@@ -97,6 +97,13 @@ def taken(candidates: Sequence[Candidate]) -> list[Candidate]:
     return [one for kind, most in WANTED.items() for one in [c for c in candidates if c.kind is kind][:most]]
 
 
+def qualified() -> dict[str, Kind]:
+    """Name of each scenario that was taken -> what it is good for, in the order of the study."""
+    with QUALIFIED.open(encoding="utf-8", newline="") as file:
+        found = {row["candidate"]: Kind(row["kind"]) for row in csv.DictReader(file) if row["taken"] == "yes"}
+    return {name: kind for wanted in WANTED for name, kind in found.items() if kind is wanted}
+
+
 def main() -> None:
     """Judge every candidate, print and write what it is."""
     plant, scenarios = load_plant("tennessee_eastman"), {}

@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import csv
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
-from benchmarks.tennessee.alone import upsets
-from benchmarks.tennessee.qualify import CANDIDATES, QUALIFIED, WANTED, Kind
+from benchmarks.tennessee import campaign, page
+from benchmarks.tennessee.alone import stuck, upsets
+from benchmarks.tennessee.operated import Looked, everything
+from benchmarks.tennessee.qualify import CANDIDATES, QUALIFIED, WANTED, Kind, qualified
+from homeostat.evaluate.reference.unsupervised import open_process, watch
 from homeostat.evaluate.scenario import Scenario
+from homeostat.evaluate.study.ledger import write_dataset
 from homeostat.evaluate.study.plan.expansion import jobs_of
 from homeostat.evaluate.study.plan.plan import read_plan
 from homeostat.plants.plant import load_plant
+from homeostat.plants.wired.assembly import new_sequencer
+from tests.evaluate.study.fake_rows import plain
 
 STUDY = CANDIDATES.with_name("tennessee.toml")
 ONSET_S = 18000.0
@@ -58,3 +67,84 @@ def test_every_published_disturbance_stands_in_the_study_as_it_is_said_once() ->
         assert [f.fault for f in scenario.faults] == ([upset.fault] if upset.fault else [])
         assert [str(d).replace(f" from {ONSET_S:g}", "") for d in scenario.disturbances] == list(upset.disturbances)
         assert scenario.mismatch == "plant"
+
+
+def one(**changed: Any) -> Looked:
+    """A run in which nothing had to be done, with what a test changes."""
+    plain = Looked(
+        name="IDV 16", told="warming_C * 1.25", hidden=True, seed=1, alone_h=None, alone_limit="", outcome="no action",
+        detected_s=None, called="", probability=None, foreseen_s=None, released_s=None, action="", least_margin=0.4,
+        least_margin_limit="LIM-PR-HIGH", lost=0.0, outside_s=0.0, decision_s=None, cpu_s=9.0, kept_by=0, tried=0,
+        best_lost=None,
+    )  # fmt: skip
+    return replace(plain, **changed)
+
+
+def test_every_disturbance_and_every_valve_stuck_in_three_ways_can_be_looked_after() -> None:
+    plant = load_plant("tennessee_eastman", learned=False)
+    every = {each.name: each.upset for each in everything(plant)}
+    assert list(every)[:28] == [f"IDV {idv}" for idv in range(1, 29)]
+    for valve in range(1, 13):
+        assert {f"V{valve} {how}" for how in ("closed", "open", "as it stands")} <= every.keys()
+    assert len(every) == 28 + 3 * 12
+    case = every["V10 as it stands"].scenario(plant, 1, 18000.0, 46800.0, "plant")
+    assert not case.faults and case.onset_s == 18000.0 and case.disturbances[0].size == 1.0
+    assert [f.fault for f in every["V10 closed"].scenario(plant, 1, 18000.0, 46800.0).faults] == ["V10_stuck_closed"]
+
+
+def test_a_valve_that_sticks_where_it_stands_stands_there() -> None:
+    plant = load_plant("tennessee_eastman", learned=False)
+    case = stuck(plant)["V10 as it stands"].scenario(plant, 1, 1800.0, 5400.0)
+    process = open_process(plant, case)
+    watch(process, new_sequencer(plant).sample, lambda snapshot: False)
+    truth = process.truth()
+    after, opened = truth.times_s > 1800.0 + 60.0, truth.signals["V10_travel"][0]
+    assert np.ptp(opened[after]) == 0.0 < np.ptp(opened[~after])
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({}, "nothing"),
+        ({"called": "unknown_C1_warming_C", "probability": 0.8}, "nothing"),
+        ({"called": "V9_weak", "probability": 0.8}, "another name in IDV 16 seed 1"),
+        ({"hidden": False, "called": "V9_weak", "probability": 0.8}, "nothing"),
+        ({"decision_s": 20.0}, "nothing"),
+        ({"decision_s": 25.0}, "a decision within 20 s: 1 took longer, up to 25 s"),
+        ({"outside_s": 60.0, "kept_by": 3, "tried": 9}, "a constant answer keeps them: not in IDV 16 seed 1"),
+        ({"outside_s": 60.0, "kept_by": 0, "tried": 9}, "nothing"),
+    ],
+)
+def test_what_is_asked_for_and_not_there_follows_from_what_is_in(changed: dict[str, Any], told: str) -> None:
+    runs = [one(**changed)]
+    lines = page._missed(runs, 1, []).splitlines()[2:]
+    assert len(lines) == 1 and told in lines[0]
+    assert "1 of 192 runs are in" in page._missed(runs, 192, [])
+    assert "IDV 16" in page._operated(runs) and page._summary(runs).startswith("With nobody 0 of 1")
+
+
+def test_the_campaign_has_a_table_of_its_own_and_what_it_lacks_is_said(tmp_path: Path) -> None:
+    kinds = qualified()
+    assert list(kinds) == list(scenarios(STUDY))[:13]
+    rows = [
+        plain(
+            case="tennessee_eastman",
+            scenario=name,
+            seed=seed,
+            proposer=who,
+            exposure_s=0.0,
+            acted=kind is not Kind.NOTHING,
+        )
+        for name, kind in kinds.items()
+        for seed in (1, 2, 3)
+        for who in ("search", "do-nothing", "hindsight")
+    ]
+    assert list(campaign.missing(rows, kinds)) == []
+    assert "39 of 39 kept, 24 acted" in campaign.told(rows, kinds)
+    rows[0] = replace(rows[0], exposure_s=60.0, acted=True)
+    found = "; ".join(campaign.missing(rows, kinds))
+    assert "39 of 39 episodes inside the trip limits by search: 38 of 39 that are in" in found
+    assert "there was one in 1 episodes (IDV 2 seed 1)" in found
+    write_dataset(tmp_path / "results.parquet", [*rows, plain(scenario="design, IDV 1")])
+    assert len(campaign.rows_of(tmp_path, kinds)) == len(rows) and campaign.rows_of(None, kinds) == []
+    assert "0 of 0 that are in" in next(campaign.missing([], kinds))
