@@ -9,12 +9,17 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.evaluate.beginning import beginning, begun
-from homeostat.evaluate.reference.unsupervised import fault_free, unsupervised
-from homeostat.evaluate.scenario import ScenarioError, scenario
+from benchmarks.unknown.recorder import monitoring_without_twin
+from homeostat.domain.snapshot import Snapshot
+from homeostat.evaluate import beginning as beginnings
+from homeostat.evaluate.beginning import beginning, begun, watched
+from homeostat.evaluate.reference.unsupervised import fault_free, open_process, unsupervised, watch
+from homeostat.evaluate.scenario import Scenario, ScenarioError, scenario
 from homeostat.evaluate.study.plan.expansion import jobs_of
 from homeostat.evaluate.study.plan.plan import read_plan
+from homeostat.plants.error import PlantError
 from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.assembly import new_sequencer
 
 STUDY = """
 title = "Beginnings"
@@ -79,3 +84,57 @@ def test_a_study_says_where_its_runs_begin(tmp_path: Path) -> None:
     file.write_text(STUDY)
     (job,) = jobs_of(read_plan(file), tmp_path)
     assert (job.scenario.begins_in, job.scenario.setpoints) == ("regulatory", (("X11G.sp", 60.0),))
+
+
+def symptoms(plant: Plant, case: Scenario) -> list[tuple[float, str]]:
+    """Every symptom that is raised where nobody acts, with its process time [s]."""
+    monitoring, raised = monitoring_without_twin(plant), list[tuple[float, str]]()
+
+    def look(snapshot: Snapshot) -> bool:
+        before = {s.rule for s in monitoring.symptoms}
+        monitoring.notices(snapshot)
+        raised.extend((snapshot.at_s, s.rule) for s in monitoring.symptoms if s.rule not in before)
+        return False
+
+    watch(open_process(plant, case), new_sequencer(plant).sample, look)
+    return raised
+
+
+ELSEWHERE = [("regulatory", {"X11G.sp": 60.0}), ("regulatory", {"Q11.sp": 25.244})]
+
+
+@pytest.mark.parametrize(("state", "setpoints"), ELSEWHERE, ids=lambda each: str(each))
+def test_what_is_ordered_elsewhere_is_no_symptom_and_a_fault_there_is_one(
+    state: str, setpoints: dict[str, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(beginnings, "RUNS", 10)
+    whole = load_plant("tennessee_eastman")
+    for seed in (1, 2):
+        case = beginning(whole, scenario(whole, "none", seed, end_s=36000.0), state, setpoints)
+        assert symptoms(begun(whole, case), case), "by the reference values of the plant as it stands by design"
+        own = watched(whole, case)
+        assert symptoms(own, case) == [], seed
+        assert watched(whole, case) is own is begun(whole, case), "learned once"
+        faulty = beginning(whole, scenario(whole, "A_poor", seed, onset_s=18000.0, end_s=32000.0), state, setpoints)
+        (first_s, _), *_ = symptoms(own, faulty)
+        assert 18000.0 < first_s < 18000.0 + 3.0 * 3600.0
+        beginnings._beginnings(whole).clear()
+
+
+def test_a_plant_as_it_stands_by_design_has_its_own_reference_values_and_one_that_is_not_well_those(
+    plant: Plant, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = replace(plant, baselines=dict(load_plant("tennessee_eastman").baselines))
+    asked = list[Plant]()
+
+    def sick(made: Plant, runs: int) -> None:
+        asked.append(made)
+        raise PlantError("a fault-free run is not well")
+
+    monkeypatch.setattr(beginnings, "learn", sick)
+    assert watched(whole, scenario(whole, "none", 1)) is whole and asked == []
+    case = beginning(whole, scenario(whole, "none", 1), "regulatory")
+    first = watched(whole, case)
+    assert first.baselines == whole.baselines and watched(whole, case) is first and len(asked) == 1
+    assert first.description.machine.initial.name == "regulatory"
+    assert watched(plant, case) is begun(plant, case) and len(asked) == 1, "nothing was learned of any"

@@ -9,7 +9,9 @@ from typing import TypeAlias
 
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.evaluate.scenario import Scenario, ScenarioError
+from homeostat.plants.error import PlantError
 from homeostat.plants.plant import Plant
+from homeostat.plants.teaching.learning import RUNS, learn
 from homeostat.process.types import Vec
 from homeostat.stl.spelling import near_matches
 
@@ -51,6 +53,26 @@ def begun(plant: Plant, scenario: Scenario) -> Plant:
         description = replace(plant.description, machine=_begins(machine, state))
         known[key] = replace(plant, description=description, start=_start(plant, state, dict(scenario.setpoints)))
     return known[key]
+
+
+def watched(plant: Plant, scenario: Scenario) -> Plant:
+    """:func:`begun`, with reference values of its own: where something else is ordered, something else is normal.
+
+    They are learned of fault-free plants that begin there, once for each beginning. A trim that is off holds no
+    composition, and a production that is far from its order takes a day: by the reference values of the plant as it
+    stands by design either is a symptom of nothing. Where a fault-free plant is not well there, those are kept.
+    """
+    made = begun(plant, scenario)
+    if made is plant or not plant.baselines:
+        return made
+    known, key = _beginnings(plant), (scenario.begins_in, scenario.setpoints)
+    if made.baselines is plant.baselines:
+        try:
+            own = {each.feature: each for each in learn(made, RUNS)}
+        except PlantError:
+            own = dict(plant.baselines)
+        made = known[key] = replace(made, baselines=own)
+    return made
 
 
 def _beginnings(plant: Plant) -> dict[_Beginning, Plant]:

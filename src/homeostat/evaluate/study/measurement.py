@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pyoxigraph import RdfFormat
 
-from homeostat.evaluate.beginning import begun
+from homeostat.evaluate.beginning import watched
 from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.run import record_run
@@ -66,7 +66,7 @@ def _measured(job: Job, folder: Path, trace: str) -> Row:
 
 
 def _recorded(job: Job, directory: RunDirectory, is_kept: Callable[[Run], bool]) -> Run:
-    plant, ablation, arm = begun(plant_of(job), job.scenario), ABLATIONS[job.ablation], job.arm
+    plant, ablation, arm = watched(plant_of(job), job.scenario), ABLATIONS[job.ablation], job.arm
     known = without_faults(plant, [f.fault for f in job.scenario.faults]) if job.kind == "unknown" else plant
     conditions = Conditions(
         arm.protocol, arm.label_given or ablation.label_given, ablation.reprompting, ablation.ensemble
