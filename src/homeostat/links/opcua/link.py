@@ -46,9 +46,10 @@ class OpcuaLink:
         self._translation = Translation(mapping, rules)
         samples = Samples(mapping, rules, finite_pace(pace))
         guard = mapping.guard
-        self._board = Board(guard.counter or guard.time)
-        self._keeper = Keeper(mapping.connection, security, self._board, mapping.readable())
-        self.source = OpcuaSource(self._keeper, self._board, mapping, samples, ProcessTime(pace, rules.timing))
+        self._board = Board(guard.counter or guard.time, rules.timing.tick_s / pace)
+        self._keeper = Keeper(mapping, security, self._board)
+        time_ = ProcessTime(pace, rules.timing, mapping.connection.publish_s)
+        self.source = OpcuaSource(self._keeper, self._board, mapping, samples, time_)
         """The reading side."""
         self._token, self._epoch, self._beats, self._taken_s = 0, -1, 0, 0.0
         self._earlier: frozenset[Raw] = frozenset()
@@ -94,6 +95,9 @@ class OpcuaLink:
         token = secrets.randbits(31) | 1
         fence: tuple[NodeWrite, ...] = ()
         if guard.lease is not None:
+            if (most := self._keeper.largest(guard.lease)) < 1:
+                raise LinkError(f"the lease {guard.lease} holds no number; state another node for guard.lease")
+            token = token % most | 1
             lease = NodeWrite(guard.lease, token, "UInt32")
             self._write(lease, (), epoch, "taking the lease")
             fence = (lease,)
@@ -112,7 +116,7 @@ class OpcuaLink:
             return
         if self._keeper.epoch != self._epoch or not self._holds(self._token):
             raise LeaseVoid("the plant's own control has taken over; take a new lease")
-        self._beats = (self._beats + 1) % 2**31
+        self._beats = _after(self._beats, self._keeper.largest(node))
         beat = NodeWrite(node, self._beats, "UInt32")
         self._write(beat, self._fence, self._epoch, "the heartbeat", BEAT_S)
 
@@ -202,3 +206,8 @@ class OpcuaLink:
             return await carry_out(session, WriteOrder((write,), (), ()), fence)
 
         answer(self._keeper.begin(work, epoch), within_s or self._mapping.connection.answer_s, what)
+
+
+def _after(beats: int, most: int) -> int:
+    """The heartbeat after ``beats``, in a node that counts up to ``most``."""
+    return 0 if beats >= most else beats + 1

@@ -39,7 +39,9 @@ Address: TypeAlias = Annotated[str, AfterValidator(_address)]
 """Address of a node, as OPC UA writes it: ``ns=2;s=T1``."""
 Number: TypeAlias = Annotated[float, Field(allow_inf_nan=False)]
 Seconds: TypeAlias = Annotated[float, Gt(0.0), Le(3600.0), Field(allow_inf_nan=False)]
-Kind: TypeAlias = Literal["Double", "Float", "Int16", "Int32", "Int64", "UInt16", "UInt32", "Boolean"]
+Kind: TypeAlias = Literal[
+    "Double", "Float", "SByte", "Byte", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64", "Boolean"
+]
 """Type in which a value is written; a server converts nothing."""
 Ramp: TypeAlias = Literal["plant", "guard"]
 """Who moves a value at the commanded rate."""
@@ -64,7 +66,7 @@ class Connection(_Table):
     """The plant's side is dead when nothing that must change has changed for this long, wall-clock [s]."""
     retry_s: Annotated[float, Ge(0.1), Le(60.0)] = 0.5
     """First wait before a new connection; it doubles each time, wall-clock [s]."""
-    retry_most_s: Annotated[float, Ge(0.1), Le(600.0)] = 3.0
+    retry_most_s: Annotated[float, Ge(0.1), Le(600.0)] = 1.5
     """Longest wait before a new connection, wall-clock [s]."""
     clock_s: Annotated[float, Gt(0.0), Le(86_400.0)] = 2.0
     """Largest difference between the server's clock and ours with which anything is written [s]."""
@@ -167,6 +169,14 @@ class LinkMapping(_Table):
                     if node is not None:
                         found.setdefault(node, tag.polled)
         return found
+
+    def written(self) -> frozenset[str]:
+        """Address of every node that is written."""
+        guard = self.guard
+        found = {guard.heartbeat, guard.lease, guard.hold, guard.alarm, guard.acknowledged}
+        for write in filter(None, (tag.write for tag in self.tags.values())):
+            found |= {write.node, write.rate, write.mode, write.apply}
+        return frozenset(node for node in found if node is not None)
 
 
 def read_mapping(path: Path) -> LinkMapping:

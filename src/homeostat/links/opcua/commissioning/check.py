@@ -11,11 +11,20 @@ from homeostat.domain.plant.rules import GuardRules
 from homeostat.links.errors import LinkError
 from homeostat.links.opcua.commissioning.browse import ServerNode, described
 from homeostat.links.opcua.mapping import LinkMapping, TagNodes, Writing
+from homeostat.links.opcua.writing.kinds import FRACTIONS, NUMBERS, TEXTS, WHOLE, fits
 from homeostat.links.opcua.writing.writes import Translation
 
-_NUMBERS = {
-    "Double", "Float", "SByte", "Byte", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64", "Boolean",
+_SHOWN = {
+    "counter": NUMBERS, "time": NUMBERS, "permit": {"Boolean"}, "acknowledged": {"Boolean"}, "alarm": TEXTS,
+    "heartbeat": NUMBERS, "lease": NUMBERS - {"Boolean"}, "hold": WHOLE.keys(),
+    "rate": FRACTIONS, "mode": WHOLE.keys() - {"Boolean"}, "apply": WHOLE.keys(),
 }  # fmt: skip
+"""Entry of a mapping -> types that its node may have; a value is written as the type that the node has."""
+UNCOUNTED = (
+    "with no guard.time either a sample is taken once a tick by our clock, a plant's side that stands is noticed by "
+    "readings alone, and no sample that is lost is noticed; state one of the two"
+)
+"""What is lost where nothing tells when a sample is new."""
 SLACK = 1e-6
 """Share of a range by which two statements of it may differ [1]."""
 
@@ -49,7 +58,7 @@ async def check(client: Client, mapping: LinkMapping, rules: GuardRules) -> list
     lines += [
         Checked(f"guard.{name}", (f"is not stated, so {lost}",), "")
         for name, lost in (
-            ("counter", "a plant's side that stands is noticed by readings alone"),
+            ("counter", UNCOUNTED if "time" not in handshake else "samples are told apart by guard.time alone"),
             ("heartbeat", "the plant does not notice when we are dead"),
         )
         if name not in handshake
@@ -74,9 +83,17 @@ def _addresses(mapping: LinkMapping) -> Iterator[str]:
 
 def _of_handshake(name: str, node: ServerNode) -> Checked:
     problems = [] if node.kind else [f"{node.address} holds nothing: {node.status or 'no value'}"]
+    if node.kind and (wrong := _not_one_of(name, node)):
+        problems.append(f"{node.address} {wrong}")
     if name in ("heartbeat", "lease", "hold", "alarm") and not node.writable:
         problems.append(f"{node.address} cannot be written by us")
     return Checked(f"guard.{name}", tuple(problems), f"{node.address} {node.kind}")
+
+
+def _not_one_of(entry: str, node: ServerNode) -> str:
+    """That ``node`` is none for ``entry`` of a mapping; empty where it is one."""
+    allowed = _SHOWN[entry]
+    return "" if node.kind in allowed else f"holds {node.kind or 'nothing'}, not {' or '.join(sorted(allowed))}"
 
 
 def _of_tag(tag: str, nodes: TagNodes, found: Mapping[str, ServerNode], rules: GuardRules) -> Checked:
@@ -84,7 +101,7 @@ def _of_tag(tag: str, nodes: TagNodes, found: Mapping[str, ServerNode], rules: G
     problems: list[str] = []
     if shown.status:
         problems.append(f"{shown.address} is {shown.status}")
-    elif shown.kind not in _NUMBERS:
+    elif shown.kind not in NUMBERS:
         problems.append(f"{shown.address} holds {shown.kind or 'nothing'}, not a number")
     unit = nodes.unit or of_plant.unit
     if shown.unit and shown.unit != unit:
@@ -118,6 +135,10 @@ def _of_write(write: Writing, found: Mapping[str, ServerNode]) -> Iterator[str]:
             yield f"its {what} {address} cannot be written by us"
         if what == "target" and node.kind != write.kind:
             yield f"its {what} {address} holds {node.kind or 'nothing'}, and the mapping says {write.kind}"
+        elif what != "target" and (wrong := _not_one_of(what, node)):
+            yield f"its {what} {address} {wrong}"
+        if what == "mode" and node.kind in WHOLE and not fits(node.kind, write.automatic, write.remote):
+            yield f"its mode {address} holds {node.kind}, which has no {write.automatic} or no {write.remote}"
     for what, address in (("feedback", write.feedback), ("requested", write.requested)):
-        if address is not None and found[address].kind not in _NUMBERS:
+        if address is not None and found[address].kind not in NUMBERS:
             yield f"its {what} {address} holds {found[address].kind or 'nothing'}, not a number"

@@ -16,6 +16,12 @@ _BLOCK: Final = {"feedback": "working", "mode": "mode", "requested": "requested"
 """What is said of writing a tag -> last part of the node's name."""
 MOST_LEFT: Final = 200
 """Most nodes without a tag that are listed."""
+UNCOUNTED: Final = (
+    "# STATE guard.counter OR guard.time. No node was found that counts the plant's samples or has its time. Without",
+    "# one, a sample is taken once a tick by our clock, a plant's side that stands is noticed by readings alone, and",
+    "# no sample that is lost is noticed.",
+)
+"""Said where nothing in a draft tells when a sample is new."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +56,8 @@ def draft(url: str, nodes: Sequence[ServerNode], rules: GuardRules | None) -> Dr
     if any(guard.values()):
         lines += ["", "[guard]", *(f"{word} = {json.dumps(node.address)}" for word, node in guard.items() if node)]
         used |= {node.address for node in guard.values() if node}
+    if not (guard["counter"] or guard["time"]):
+        lines += ["", *UNCOUNTED]
     for tag, node in found.items():
         lines += ["", *_tag(tag, node, rules, by_path, used)]
     missing = tuple(tag for tag in names if tag not in found)

@@ -7,26 +7,30 @@ import concurrent.futures
 import random
 import threading
 import time
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable
 from typing import TypeVar
 
 from homeostat.links.errors import LinkError
 from homeostat.links.opcua.connection.board import Board
 from homeostat.links.opcua.connection.session import Session, told
-from homeostat.links.opcua.mapping import Connection
+from homeostat.links.opcua.mapping import LinkMapping
 from homeostat.links.opcua.security.security import Security
+from homeostat.links.opcua.writing.kinds import COUNT
 
 T = TypeVar("T")
 LOOK_S = 0.05
 """How often the age of the data is looked at [s]."""
+OPEN = 3.0
+"""So many answers' time all nodes may take to be shown: none of the calls for it waits for longer than one."""
 
 
 class Keeper:
     """Keeps at most one session; whatever waits for it waits for a bounded time."""
 
-    def __init__(self, connection: Connection, security: Security, board: Board, nodes: Mapping[str, bool]) -> None:
-        """``nodes``: address -> whether it is polled; the thread begins at once."""
-        self._connection, self._security, self._board, self._nodes = connection, security, board, nodes
+    def __init__(self, mapping: LinkMapping, security: Security, board: Board) -> None:
+        """What ``mapping`` reads comes to ``board``; the thread begins at once."""
+        self._connection, self._security, self._board = mapping.connection, security, board
+        self._nodes, self._written = mapping.readable(), mapping.written()
         self._loop = asyncio.new_event_loop()
         self._session: Session | None = None
         self._ended, self._stop = False, asyncio.Event()
@@ -41,6 +45,11 @@ class Keeper:
     def up(self) -> bool:
         """Whether there is a connection over which fresh data come."""
         return self._session is not None
+
+    def largest(self, node: str) -> int:
+        """Up to what we can count in ``node`` of the server that is connected."""
+        session = self._session
+        return COUNT if session is None else session.largest(node)
 
     def begin(self, work: Callable[[Session], Awaitable[T]], epoch: int) -> concurrent.futures.Future[T]:
         """Do ``work`` with the session of ``epoch``; LinkError at once where that is over. It is never done twice."""
@@ -77,7 +86,8 @@ class Keeper:
             session = Session(self._connection, self._security, self._board)
             try:
                 try:
-                    await asyncio.wait_for(session.open(self._nodes), 2.0 * self._connection.answer_s)
+                    await asyncio.wait_for(session.connect(), self._connection.answer_s)
+                    await asyncio.wait_for(session.open(self._nodes, self._written), OPEN * self._connection.answer_s)
                     began_s = time.monotonic()
                     self.trouble = await self._watch(session)
                     if time.monotonic() - began_s > self._connection.retry_most_s:
@@ -86,10 +96,9 @@ class Keeper:
                     self.trouble = f"{self._connection.url}: {told(broken)}"
             finally:
                 self._lose()
-                await session.close()
-            if not self._ended:
-                await self._pause(wait_s * random.uniform(0.8, 1.2))
-                wait_s = min(2.0 * wait_s, self._connection.retry_most_s)
+                pause_s = 0.0 if self._ended else wait_s * random.uniform(0.8, 1.2)
+                await asyncio.gather(session.close(), self._pause(pause_s))
+            wait_s = min(2.0 * wait_s, self._connection.retry_most_s)
 
     async def _watch(self, session: Session) -> str:
         """Look on while data come; why they do not any more."""

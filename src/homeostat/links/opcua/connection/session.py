@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any, Final
 
@@ -14,17 +14,20 @@ from asyncua.client.client import Client
 from asyncua.ua.attribute_ids import AttributeIds
 
 from homeostat.links.errors import LinkError
-from homeostat.links.opcua.connection.board import Board, NodeReading, Raw
+from homeostat.links.opcua.connection.board import QUEUE, Board, NodeReading, Raw
 from homeostat.links.opcua.mapping import Connection
 from homeostat.links.opcua.security.security import Security
+from homeostat.links.opcua.writing.kinds import COUNT, cast, largest
 from homeostat.links.opcua.writing.writes import NodeWrite
 
 SESSION_S: Final = 30.0
 """Longest silence after which a server forgets us [s]."""
 PER_CALL: Final = 500
 """Most nodes in one call."""
-GONE_S: Final = 2.0
+GONE_S: Final = 1.0
 """Longest wait for a connection that is closed [s]."""
+_BUILT_IN: Final[Mapping[object, str]] = {kind.value: kind.name for kind in ua.VariantType}
+"""Number of a type of OPC UA -> its name."""
 _FIRST_YEAR, _LAST_YEAR = 1601, 9999
 
 
@@ -39,17 +42,22 @@ class Session:
         self._client.session_timeout = int(SESSION_S * 1000)
         self._client.connection_lost_callback = self._broken
         self._handles: dict[int, str] = {}
+        self._kinds: dict[str, str] = {}
         self._polling: asyncio.Task[None] | None = None
         self.lost: str = ""
         """Why there is nothing more to come; empty while there may be."""
 
-    async def open(self, nodes: Mapping[str, bool]) -> None:
-        """Connect and have ``nodes`` shown (address -> whether it is polled); raises where anything of it fails.
-
-        A node that the server does not know is shown as bad.
-        """
+    async def connect(self) -> None:
+        """Reach the server, and show it who we are; raises where anything of it fails."""
         await self._security.apply(self._client)
         await self._client.connect()
+
+    async def open(self, nodes: Mapping[str, bool], written: Collection[str]) -> None:
+        """Have ``nodes`` shown (address -> whether it is polled), and learn what those that are ``written`` hold.
+
+        A node that the server does not know is shown as bad. Raises where anything else fails.
+        """
+        await self._learn(tuple(written))
         subscribed = [node for node, polled in nodes.items() if self._connection.subscribe and not polled]
         polled = [node for node in nodes if node not in subscribed]
         self._show(nodes, await self.read(tuple(nodes)))
@@ -58,27 +66,58 @@ class Session:
         if polled:
             self._polling = asyncio.get_running_loop().create_task(self._poll(tuple(polled)))
 
-    async def read(self, nodes: Sequence[str]) -> list[ua.DataValue]:
+    async def read(self, nodes: Sequence[str], attribute: AttributeIds = AttributeIds.Value) -> list[ua.DataValue]:
         """What ``nodes`` hold, in their order; raises where the server does not answer."""
         found: list[ua.DataValue] = []
         for start in range(0, len(nodes), PER_CALL):
             ids = [ua.NodeId.from_string(node) for node in nodes[start : start + PER_CALL]]
-            found += await self._client.uaclient.session.read_attributes(ids, AttributeIds.Value)
+            found += await self._client.uaclient.session.read_attributes(ids, attribute)
         return found
 
     async def write(self, writes: Sequence[NodeWrite]) -> list[str]:
-        """Write in one call, each with its type and without a time; name of each status that is not good, else ''."""
+        """Write in one call, each with its node's type and without a time; name of each status that is not good, or ''.
+
+        LinkError where a value is none of its node, and nothing is written.
+        """
         items = [
             ua.WriteValue(
                 NodeId=ua.NodeId.from_string(w.node),
                 AttributeId=AttributeIds.Value,
-                Value=ua.DataValue(ua.Variant(w.value, ua.VariantType[w.kind])),
+                Value=ua.DataValue(_variant(w, self.kind(w))),
             )
             for w in writes
         ]
         parameters = ua.WriteParameters(NodesToWrite=items)
         statuses = await self._client.uaclient.session.write(parameters)
         return ["" if status.is_good() else status.name for status in statuses]
+
+    def kind(self, write: NodeWrite) -> str:
+        """Type of the node of ``write``, as the server shows it; else as the order says."""
+        return self._kinds.get(write.node, write.kind)
+
+    def largest(self, node: str) -> int:
+        """Up to what we can count in ``node``."""
+        return largest(self._kinds[node]) if node in self._kinds else COUNT
+
+    def unfit(self, writes: Sequence[NodeWrite]) -> str:
+        """Which of ``writes`` its node cannot hold; empty where there is none."""
+        try:
+            for write in writes:
+                cast(write.value, self.kind(write), write.node)
+        except LinkError as wrong:
+            return str(wrong)
+        return ""
+
+    async def _learn(self, nodes: tuple[str, ...]) -> None:
+        """Take note of the types of ``nodes``: of what they hold, else of what they are declared to."""
+        for node, held in zip(nodes, await self.read(nodes), strict=True):
+            if held.Value is not None and held.Value.Value is not None:
+                self._kinds[node] = held.Value.VariantType.name
+        left = [node for node in nodes if node not in self._kinds]
+        for node, declared in zip(left, await self.read(left, AttributeIds.DataType), strict=True):
+            kind = None if declared.Value is None else declared.Value.Value
+            if isinstance(kind, ua.NodeId) and kind.NamespaceIndex == 0 and kind.Identifier in _BUILT_IN:
+                self._kinds[node] = _BUILT_IN[kind.Identifier]
 
     async def close(self) -> None:
         """Go, politely where the server listens; it is left behind where it does not."""
@@ -111,7 +150,7 @@ class Session:
                 RequestedParameters=ua.MonitoringParameters(
                     ClientHandle=handle,
                     SamplingInterval=self._connection.publish_s * 1000,
-                    QueueSize=1,
+                    QueueSize=QUEUE,
                     DiscardOldest=True,
                 ),
             )
@@ -126,17 +165,19 @@ class Session:
             await session.create_monitored_items(chunk)
 
     async def _published(self, result: Any) -> None:
-        """Everything that one answer of the server brings, at once."""
+        """Everything that one answer of the server brings: the newest of all nodes together, and last."""
         data = result.NotificationMessage.NotificationData or ()
-        batch: dict[str, ua.DataValue] = {}
+        found: dict[str, list[ua.DataValue]] = {}
         for notification in data:
             if isinstance(notification, ua.DataChangeNotification):
                 for item in notification.MonitoredItems:
                     if (node := self._handles.get(item.ClientHandle)) is not None:
-                        batch[node] = item.Value
+                        found.setdefault(node, []).append(item.Value)
             elif isinstance(notification, ua.StatusChangeNotification):
                 self.lost = f"the server ended the subscription: {notification.Status.name}"
-        self._show(batch, batch.values())
+        for back in range(max(map(len, found.values()), default=0), 0, -1):
+            batch = {node: values[-back] for node, values in found.items() if len(values) >= back}
+            self._show(batch, batch.values())
 
     async def _poll(self, nodes: tuple[str, ...]) -> None:
         while True:
@@ -158,6 +199,11 @@ def _reading(value: ua.DataValue, now_s: float, now: datetime) -> NodeReading:
         raw = value.Value.Value
     status = 0 if value.StatusCode is None else int(value.StatusCode.value)
     return NodeReading(raw, status, _utc(value.SourceTimestamp), _utc(value.ServerTimestamp), now_s, now)
+
+
+def _variant(write: NodeWrite, kind: str) -> ua.Variant:
+    held = cast(write.value, kind, write.node)
+    return ua.Variant(ua.LocalizedText(str(held)) if kind == "LocalizedText" else held, ua.VariantType[kind])
 
 
 def _utc(at: datetime | None) -> datetime | None:

@@ -39,7 +39,7 @@ class Samples:
             elif quality == 1:
                 uncertain.add(tag)
             if reading is not None and nodes.stale_s is not None:
-                age_s = (now_s - reading.received_s) * self._pace
+                age_s = (now_s - reading.changed_s) * self._pace
                 if age_s > nodes.stale_s:
                     taken_s[tag] = at_s - age_s
             if nodes.write is not None:

@@ -27,6 +27,8 @@ HISTORY: Final = timedelta(days=7)
 """Oldest value of raw history."""
 BATCH: Final = 20
 """Most seconds of process time between two looks at the network."""
+EACH: Final = 3
+"""Most samples that are due at once and shown one by one; of more, the last one alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,8 +103,10 @@ class Endpoint:
             else:
                 due_s = max(due_s, now_s - MOST_LATE_S)
                 steps = min(int((now_s - due_s) * scale) + 1, BATCH) if now_s >= due_s else 0
-                for _ in range(steps):
+                for step in range(steps):
                     self.control.advance()
+                    if steps <= EACH and step < steps - 1:
+                        await self.show()
                 if steps:
                     due_s += steps / scale
                     await self.show()
@@ -115,28 +119,31 @@ class Endpoint:
     async def show(self) -> None:
         """Put what the control system holds into the nodes after a sample; the counter last: the rest is there then."""
         async with self._showing:
-            values = self.control.values()
+            values, taken = self.control.values(), self._now()  # one sample has one time, as in a controller's scan
             for tag in self.control.tags:
-                await self._put(tag, values[tag])
-            await self._put_commanded()
-            await self._put(TIME, values[TIME])
+                await self._put(tag, values[tag], taken)
+            await self._put_commanded(taken)
+            await self._put(TIME, values[TIME], taken)
             if not self.control.behaviour.counter_stands:
-                await self._put(COUNTER, values[COUNTER])
+                await self._put(COUNTER, values[COUNTER], taken)
 
     async def show_commanded(self) -> None:
         """Put what blocks and guard hold into the nodes, where it changed."""
         async with self._showing:  # one at a time, or an older value would be put after a newer one
-            await self._put_commanded()
+            await self._put_commanded(self._now())
 
-    async def _put_commanded(self) -> None:
+    def _now(self) -> datetime:
+        """What time it is by the server's clock (UTC)."""
+        return datetime.now(UTC) + timedelta(seconds=self.control.behaviour.clock_offset_s)
+
+    async def _put_commanded(self, taken: datetime) -> None:
         for name, value in self.control.values().items():
             if name not in self.control.tags and name not in (TIME, COUNTER) and self._shown.get(name) != value:
-                await self._put(name, value)
+                await self._put(name, value, taken)
 
-    async def _put(self, name: str, value: NodeValue) -> None:
+    async def _put(self, name: str, value: NodeValue, taken: datetime) -> None:
         behaviour, before = self.control.behaviour, self._shown.get(name)
         status = ua.StatusCode(getattr(StatusCodes, behaviour.qualities.get(name, "Good")))
-        taken = datetime.now(UTC) + timedelta(seconds=behaviour.clock_offset_s)
         if name in behaviour.texts:
             value = f"{value:.3f}"
         self._shown[name] = value

@@ -82,6 +82,8 @@ async def carry_out(session: Session, order: WriteOrder, fence: tuple[NodeWrite,
     """Write ``order``, read it back, and apply it where that is a second step; what went wrong, empty for nothing."""
     if not order.writes:
         return ""
+    if wrong := session.unfit((*fence, *order.writes, *order.applies)):
+        return f"nothing was written: {wrong}"
     if wrong := _refused(order.writes, (await session.write((*fence, *order.writes)))[len(fence) :]):
         return wrong
     wrong = await _read_back(session, order.read_back)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,18 +10,10 @@ from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import Command
 from homeostat.links.errors import LinkError
 from homeostat.links.opcua.mapping import Kind, LinkMapping, TagNodes, Writing
+from homeostat.links.opcua.writing.kinds import cast
 
 SLACK: Final = 1e-9
 """Share of a range or a rate by which rounding may pass it [1]."""
-_WHOLE: Final[Mapping[str, tuple[int, int]]] = {
-    "Int16": (-(2**15), 2**15 - 1),
-    "Int32": (-(2**31), 2**31 - 1),
-    "Int64": (-(2**63), 2**63 - 1),
-    "UInt16": (0, 2**16 - 1),
-    "UInt32": (0, 2**32 - 1),
-    "Boolean": (0, 1),
-}
-"""Types without fractions, and what they can hold."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +25,7 @@ class NodeWrite:
     value: float | int | bool | str
     """The value, in the node's unit."""
     kind: Kind | str
-    """Its type."""
+    """Its type, where the server does not say which one the node has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +89,7 @@ class Translation:
             if write.rate is not None:
                 rate = 0.0 if command.rate is None else abs(command.rate / nodes.scale)
                 writes.append(NodeWrite(write.rate, rate, "Double"))
-            raw = _typed(command.tag, nodes.to_node(command.value), write.kind)
+            raw = cast(nodes.to_node(command.value), write.kind, repr(command.tag))
             writes.append(NodeWrite(write.node, raw, write.kind))
             tolerance = abs(self._rules.writables[command.tag].tolerance / nodes.scale)
             read_back.append(Expected(command.tag, write.requested or write.node, float(raw), tolerance))
@@ -128,14 +119,3 @@ class Translation:
                 f"{command.tag!r} cannot move at {rate:g} {tag.unit}/s: {fastest:g} {tag.unit}/s are allowed"
             )
         return nodes, nodes.write
-
-
-def _typed(tag: str, raw: float, kind: Kind) -> float | int | bool:
-    """``raw`` as ``kind`` holds it; LinkError where it does not."""
-    if kind in ("Double", "Float"):
-        return raw
-    low, high = _WHOLE[kind]
-    whole = round(raw)
-    if not (low <= whole <= high) or abs(raw - whole) > 1e-6:
-        raise LinkError(f"{tag!r} would be {raw:g} in its node, which holds whole numbers from {low} to {high}")
-    return bool(whole) if kind == "Boolean" else whole
