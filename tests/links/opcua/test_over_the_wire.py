@@ -9,6 +9,8 @@ import time
 from dataclasses import replace
 
 import pytest
+from asyncua import ua
+from asyncua.ua.uaerrors import UaError
 
 from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
@@ -231,11 +233,40 @@ def test_no_lease_with_clocks_that_disagree(served: Served) -> None:
 
 def test_our_alarm_stands_in_the_plants_list_until_somebody_acknowledges_it(served: Served) -> None:
     with served.link() as link:
-        link.take()
         link.raise_alarm("a person is needed: T1 above 313 K")
         sample(link, lambda s: not link.acknowledged)
         assert served.ask("acknowledge") == "a person is needed: T1 above 313 K"
         sample(link, lambda s: link.acknowledged)
+        link.raise_alarm("somebody has seen this here already", seen=True)
+        shown = served.ask("status")
+        assert shown["Guard/Alarm"] == "somebody has seen this here already" and shown["Guard/Acknowledged"] is True
+        with served.link() as other:
+            other.take()
+            link.raise_alarm("")
+            assert served.ask("status")["Guard/Alarm"] == "", "whoever holds the lease"
+            other.give_back()
+        assert served.ask("status")["leased"] is False
+
+
+def test_a_permission_that_is_taken_back_ends_the_lease_at_once(served: Served) -> None:
+    with served.link() as link:
+        wire, before = link.take(), len(served.wire)
+        link.beat()
+        served.ask("permit no")
+        sample(link, lambda s: not link.permitted)
+        assert wire.void
+        with pytest.raises(LeaseVoid, match="lease of this wire is over"):
+            wire.send((Command("cool.man", 0.9, None),))
+        with pytest.raises(LeaseVoid, match="operators do not permit"):
+            link.beat()
+        with pytest.raises(LinkError, match="operators do not permit"):
+            link.take()
+        link.give_back()
+        assert served.ask("status")["leased"] is False and len(served.wire) == before
+        served.ask("permit yes")
+        sample(link, lambda s: link.permitted)
+        assert wire.void, "what was over stays over"
+        assert not link.take().void
         link.give_back()
 
 
@@ -266,14 +297,43 @@ def test_connections_that_are_cut_again_and_again_do_not_repeat_a_write(served: 
         assert served.wire[before:] == [[["L.sp", 8.0, None]]]
 
 
+def test_nobody_lets_the_plants_recipe_go_on_who_does_not_hold_the_lease(served: Served) -> None:
+    """A client that is trusted and knows no manners."""
+    url = f"opc.tcp://127.0.0.1:{served.port}/homeostat/"
+
+    async def write(security: Security, *writes: tuple[str, object]) -> str:
+        async with connected(url, security) as client:
+            nodes = [client.get_node(f"ns=2;s={node}") for node, _ in writes]
+            values = [ua.DataValue(ua.Variant(value)) for _, value in writes]
+            try:
+                await client.write_values(nodes, values)
+            except UaError as refused:
+                return type(refused).__name__
+            return ""
+
+    trusted, anybody, before = Security(served.pki), Security(insecure=True), served.wire
+    assert asyncio.run(write(trusted, ("Guard/Hold", True))) == ""
+    assert asyncio.run(write(trusted, ("Guard/Hold", False))) == "BadUserAccessDenied"
+    together = ("Guard/Alarm", "words"), ("cool.man/Target", 0.9)
+    assert asyncio.run(write(trusted, *together)) == "BadUserAccessDenied"
+    assert asyncio.run(write(anybody, ("Guard/Alarm", "words"))) == "BadUserAccessDenied"
+    shown = served.ask("status")
+    assert shown["Guard/Hold"] is True and shown["Guard/Alarm"] != "words" and served.wire == before
+    with served.link() as link:
+        link.take()
+        link.hold(False)
+        link.give_back()
+
+
 def test_the_plants_recipe_waits_as_long_as_it_is_told_to(served: Served) -> None:
     with served.link() as link:
-        with pytest.raises(LinkError, match="BadUserAccessDenied"):
-            link.hold(True)
-        link.take()
+        before = served.wire
         link.hold(True)
-        link.give_back()
-        assert served.ask("status")["Guard/Hold"] is True, "also when the lease is over"
+        assert served.ask("status")["Guard/Hold"] is True, "that it waits moves nothing, and needs no lease"
+        assert served.wire == before and served.ask("status")["leased"] is False
+        with pytest.raises(LinkError, match="only who holds the lease"):
+            link.hold(False)
+        assert sample(link, lambda s: link.held is True) and served.ask("status")["Guard/Hold"] is True
         link.take()
         link.hold(False)
         assert served.ask("status")["Guard/Hold"] is False

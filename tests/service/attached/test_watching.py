@@ -70,6 +70,7 @@ class Connection:
     trouble: str = ""
     connections: int = 1
     clock_s: float = 0.0
+    permitted: bool = True
     put: list[StandBack] = field(default_factory=list)
 
 
@@ -86,6 +87,16 @@ def test_a_lost_connection_and_one_that_was_made_again_bring_the_mode_down() -> 
     assert link.put[-1].reason == "the connection was lost and made again"
     standing.look(Mode.CLOSED_LOOP)
     assert len(link.put) == 2, "a person may raise it again"
+
+
+def test_a_permission_that_is_taken_back_ends_a_mode_that_writes() -> None:
+    link = Connection(permitted=False)
+    standing = Standing(link, 2.0, link.put.append)
+    for mode in (Mode.OBSERVE, Mode.ADVISE):
+        standing.look(mode)
+    assert link.put == []
+    standing.look(Mode.APPROVE)
+    assert link.put == [StandBack("the plant's operators do not permit writing any more")]
 
 
 def test_clocks_that_differ_for_long_bring_the_mode_down_and_one_late_sample_does_not() -> None:

@@ -99,7 +99,7 @@ class OpcuaLink:
                 raise LinkError(f"the lease {guard.lease} holds no number; state another node for guard.lease")
             token = token % most | 1
             lease = NodeWrite(guard.lease, token, "UInt32")
-            self._write(lease, (), epoch, "taking the lease")
+            self._write((lease,), (), epoch, "taking the lease")
             fence = (lease,)
         shown = self._board.get(guard.lease)
         self._earlier = frozenset((0, self._token, None if shown is None else shown.value)) - {token}
@@ -115,39 +115,52 @@ class OpcuaLink:
         if node is None or not self._token:
             return
         if self._keeper.epoch != self._epoch or not self._holds(self._token):
-            raise LeaseVoid("the plant's own control has taken over; take a new lease")
+            why = "" if self.permitted else " because its operators do not permit writing any more"
+            raise LeaseVoid(f"the plant's own control has taken over{why}; take a new lease")
         self._beats = _after(self._beats, self._keeper.largest(node))
         beat = NodeWrite(node, self._beats, "UInt32")
-        self._write(beat, self._fence, self._epoch, "the heartbeat", BEAT_S)
+        self._write((beat,), self._fence, self._epoch, "the heartbeat", BEAT_S)
 
     def give_back(self) -> None:
         """End the lease, and with it the heartbeat; where nobody holds one, nothing happens."""
         lease, token = self._mapping.guard.lease, self._token
-        ours = token != 0 and self._keeper.epoch == self._epoch and self._holds(token)
+        ours = token != 0 and self._keeper.epoch == self._epoch and self._shows(token)
         self._token = 0
         if ours and lease is not None:
-            self._write(NodeWrite(lease, 0, "UInt32"), (), self._epoch, "giving back the lease")
+            self._write((NodeWrite(lease, 0, "UInt32"),), (), self._epoch, "giving back the lease")
 
-    def raise_alarm(self, text: str) -> None:
-        """Show ``text`` in the control system's own alarm list, empty to take it back; it needs the lease.
+    @property
+    def held(self) -> bool | None:
+        """Whether the plant shows that its own recipe waits; None where it does not say."""
+        shown = self._board.get(self._mapping.guard.hold)
+        return None if shown is None or not isinstance(shown.value, int) else bool(shown.value)
 
-        LinkError where there is no such list, or it is not reached.
+    def raise_alarm(self, text: str, seen: bool = False) -> None:
+        """Show ``text`` in the control system's own alarm list, empty to take it back; it needs no lease.
+
+        ``seen``: somebody has acknowledged it here already. LinkError where there is no such list, it is not reached,
+        or the connection is not encrypted.
         """
-        node = self._mapping.guard.alarm
-        if node is None:
+        guard = self._mapping.guard
+        if guard.alarm is None:
             raise LinkError("the mapping has no node for an alarm; state guard.alarm")
-        self._write(NodeWrite(node, text, "String"), self._fence, self._keeper.epoch, "the alarm")
+        writes: tuple[NodeWrite, ...] = (NodeWrite(guard.alarm, text, "String"),)
+        if seen and guard.acknowledged is not None:
+            writes = (*writes, NodeWrite(guard.acknowledged, True, "Boolean"))
+        self._write(writes, self._fence, self._keeper.epoch, "the alarm")
 
     def hold(self, on: bool) -> None:
-        """Let the plant's own recipe wait or go on, also when the lease is over; it needs the lease.
+        """Let the plant's own recipe wait, which moves nothing and needs no lease, or go on, which needs it.
 
         After a fallback it must wait, or it begins again what the fallback ended. LinkError where the mapping has no
-        node for it, or it is not reached.
+        node for it, it is not reached, or the connection is not encrypted.
         """
         node = self._mapping.guard.hold
         if node is None:
             raise LinkError("the mapping has no node that lets the plant's recipe wait; state guard.hold")
-        self._write(NodeWrite(node, on, "Boolean"), self._fence, self._keeper.epoch, "holding the plant's recipe")
+        if not on and self._mapping.guard.lease is not None and not self._fence:
+            raise LinkError("only who holds the lease lets the plant's recipe go on; take it first")
+        self._write((NodeWrite(node, on, "Boolean"),), self._fence, self._keeper.epoch, "holding the plant's recipe")
 
     def close(self) -> None:
         """End the connection; the lease is not given back, and the plant sheds where it hears nothing."""
@@ -165,7 +178,14 @@ class OpcuaLink:
     @property
     def _fence(self) -> tuple[NodeWrite, ...]:
         lease = self._mapping.guard.lease
-        return () if lease is None or not self._token else (NodeWrite(lease, self._token, "UInt32"),)
+        ours = self._token != 0 and self._keeper.epoch == self._epoch and self._shows(self._token)
+        return () if lease is None or not ours else (NodeWrite(lease, self._token, "UInt32"),)
+
+    @property
+    def permitted(self) -> bool:
+        """Whether the plant's operators let us write, where they have a word for it."""
+        shown = self._board.get(self._mapping.guard.permit)
+        return shown is None or (shown.value is True and shown.status >> 30 != 2)
 
     def _refuse_unfit(self) -> None:
         """LinkError where nothing may be written now."""
@@ -178,11 +198,14 @@ class OpcuaLink:
             raise LinkError(
                 f"the server's clock is {self._board.clock_s:+.1f} s from ours, {most_s:g} s are allowed; set one"
             )
-        permit = self._board.get(self._mapping.guard.permit)
-        if permit is not None and permit.value is not True:
+        if not self.permitted:
             raise LinkError("the plant's operators do not permit writing; they must switch it on at the plant")
 
     def _holds(self, token: int) -> bool:
+        """Whether the lease is ours and may be used: operators who take their permission back end it at once."""
+        return self.permitted and self._shows(token)
+
+    def _shows(self, token: int) -> bool:
         """Whether the plant shows our lease, or has not shown whose it is since we took it.
 
         What was shown before, or is nobody's, and comes soon after may have been on its way already: it counts once the
@@ -198,12 +221,21 @@ class OpcuaLink:
         return shown.received_s < self._taken_s + late_s
 
     def _write(
-        self, write: NodeWrite, fence: tuple[NodeWrite, ...], epoch: int, what: str, within_s: float | None = None
+        self,
+        writes: tuple[NodeWrite, ...],
+        fence: tuple[NodeWrite, ...],
+        epoch: int,
+        what: str,
+        within_s: float | None = None,
     ) -> None:
-        """Write one value and wait for the answer; LinkError that begins with ``what`` where it is not a good one."""
+        """Write in one call and wait for the answer; LinkError that begins with ``what`` where it is not a good one."""
+        if not self._security.writes:
+            raise LinkError(
+                f"{what}: the connection is not encrypted, so nothing is written over it; give --pki FOLDER"
+            )
 
         async def work(session: Session) -> str:
-            return await carry_out(session, WriteOrder((write,), (), ()), fence)
+            return await carry_out(session, WriteOrder(writes, (), ()), fence)
 
         answer(self._keeper.begin(work, epoch), within_s or self._mapping.connection.answer_s, what)
 

@@ -86,11 +86,11 @@ class Handshake(_Table):
     permit: Address | None = None
     """Whether the plant's operators let us write."""
     hold: Address | None = None
-    """Takes whether the plant's own recipe waits, also when the lease is over."""
+    """Takes, without a lease, that the plant's own recipe waits, and from who has the lease that it goes on."""
     alarm: Address | None = None
-    """What the control system's own alarm list shows of us."""
+    """Takes, without a lease, what the control system's own alarm list shows of us."""
     acknowledged: Address | None = None
-    """Whether an operator of the plant has acknowledged that."""
+    """Whether an operator of the plant has acknowledged that; where it can be written, so do we what is seen here."""
 
 
 class Writing(_Table):
@@ -160,7 +160,7 @@ class LinkMapping(_Table):
     def readable(self) -> dict[str, bool]:
         """Address of every node that is read -> whether it is polled."""
         guard = self.guard
-        shared = (guard.counter, guard.time, guard.lease, guard.permit, guard.acknowledged)
+        shared = (guard.counter, guard.time, guard.lease, guard.permit, guard.hold, guard.acknowledged)
         found = {node: False for node in shared if node is not None}
         for tag in self.tags.values():
             found[tag.node] = tag.polled

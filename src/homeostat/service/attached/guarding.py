@@ -30,6 +30,7 @@ from homeostat.links.opcua.security.security import Security
 from homeostat.plants.wired.guarding import ISSUER
 from homeostat.record.directory import RunDirectory
 from homeostat.recovery.exchange.reading import Reader
+from homeostat.service.attached.mirroring import Mirror
 from homeostat.service.attached.place import HISTORY, THINKING, first_event, open_again, past
 from homeostat.service.attached.source import SLACK_S, Onward
 from homeostat.service.attached.standing import Standing
@@ -165,6 +166,10 @@ class _Guarding:
             source.period_s + SLACK_S + BEYOND_S,
         )
         self._standing = Standing(link, attaching.mapping.connection.clock_s, put)
+        shared, trusted = attaching.mapping.guard, attaching.security.writes
+        self._mirror = Mirror(
+            link, put, lists=trusted and shared.alarm is not None, holds=trusted and shared.hold is not None
+        )
         known = {"plant": rules.plant, "configuration": rules.configuration, "guard_process": os.getpid()}
         self._board = StatusBoard(self._guard, link, lambda: link.source.missed, known)
         self._board.recall(records)
@@ -195,6 +200,7 @@ class _Guarding:
         now_s, sample = self._reader.read(self._tick_s)
         self._standing.look(self._guard.mode)
         self._last = seen = self._guard.tick(now_s, sample)
+        self._mirror.look(self._guard.alarms, self._guard.latched is not None, self._guard.mode)
         self._board.show(seen)
         self._thinking.show(seen)
         if self._recording is not None and seen.sample is not None:
@@ -210,6 +216,7 @@ class _Guarding:
         """End without moving the plant: the lease goes back, and the journal is closed."""
         self._doors.close()
         self._thinking.close()
+        self._mirror.close()
         self._guard.stop(reason)
         self._link.close()
         at_s = 0.0 if self._last is None else self._last.now_s

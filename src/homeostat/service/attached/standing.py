@@ -24,6 +24,11 @@ class Connected(Protocol):
         ...
 
     @property
+    def permitted(self) -> bool:
+        """Whether the plant's operators let us write."""
+        ...
+
+    @property
     def clock_s(self) -> float:
         """How far the server's clock is ahead of ours [s]."""
         ...
@@ -49,5 +54,7 @@ class Standing:
         self._apart = self._apart + 1 if abs(self._link.clock_s) > self._most_s else 0
         if not lost and self._apart >= APART:
             lost = f"the plant's clock is {self._link.clock_s:+.1f} s from ours, {self._most_s:g} s are allowed"
+        if not lost and not self._link.permitted and mode.writes:
+            lost = "the plant's operators do not permit writing any more"
         if lost and mode is not Mode.OBSERVE:
             self._put(StandBack(lost))

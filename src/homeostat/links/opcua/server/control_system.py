@@ -123,6 +123,8 @@ class ControlSystem:
         tokens = [int(value) for node, value in writes if node == LEASE]
         if len(writes) == len(tokens) == 1:
             return [self._take(tokens[0])]
+        if not tokens and all(_moves_nothing(node, value) for node, value in writes):
+            return [self._of_guard(node, value) for node, value in writes]
         if not tokens or tokens[0] != self._token or self._token == 0:
             return [DENIED] * len(writes)
         statuses = [self._of_guard(node, value) for node, value in writes]
@@ -212,3 +214,8 @@ class ControlSystem:
         for tag, target in accepted.items():
             if tag in self.blocks and target is not None:
                 self.blocks[tag].working = target
+
+
+def _moves_nothing(node: str, value: NodeValue) -> bool:
+    """Whether this may be written without the lease: words for people, and a recipe that is to wait."""
+    return node in (ALARM, ACKNOWLEDGED) or (node == HOLD and value is True)

@@ -18,9 +18,11 @@ SHED: Final = "Guard/Shed"
 PERMIT: Final = "Guard/Permit"
 """Whether the plant's operators let anybody take the lease."""
 HOLD: Final = "Guard/Hold"
-"""Whether the plant's own recipe waits, also when nobody holds the lease; a fallback that acted is not undone then."""
+"""Whether the plant's own recipe waits, also when nobody holds the lease; a fallback that acted is not undone then.
+
+Anybody who is trusted may let it wait, whoever holds the lease may let it go on."""
 ALARM: Final = "Guard/Alarm"
-"""What the control system's own alarm list shows of us; empty for nothing."""
+"""What the control system's own alarm list shows of us; empty for nothing. It is written without a lease."""
 ACKNOWLEDGED: Final = "Guard/Acknowledged"
 """Whether an operator of the plant has acknowledged it; whoever wrote it may acknowledge it too."""
 TARGET, WORKING, RATE, MODE = "Target", "Working", "Rate", "Mode"

@@ -1,0 +1,216 @@
+"""What the plant's own people see of the guard: its alarms in their list, and a recipe that waits after a fallback."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
+from typing import Final, Protocol, TypeAlias, final
+
+from homeostat.domain.alarm import Alarm, Priority
+from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
+from homeostat.domain.observation import Settled, Trouble
+from homeostat.links.errors import LinkError
+
+OPERATORS: Final = "the plant's operators"
+"""Who acknowledges in the plant's own list: it does not say which of them."""
+LISTED: Final = "source:alarm-list"
+"""Alarm of a list at the plant that takes nothing; it is not mirrored itself."""
+WAITS: Final = "source:recipe"
+"""Alarm of a recipe that waits although it need not, or does not although it must."""
+AGAIN_S: Final = 5.0
+"""Wait before what was not taken is written again, wall-clock [s]."""
+LONGEST: Final = 400
+"""Longest text in the plant's list [characters]."""
+_STILL: Final = (
+    "the plant's recipe still waits, as after the fallback; let it go on at the plant, or raise the mode to one that "
+    "writes"
+)
+_URGENT: Final = tuple(reversed(Priority))
+_Once: TypeAlias = tuple[str, float]
+"""An alarm, and when it was raised [s]: the same one again is another one."""
+
+
+class Listing(Protocol):
+    """A link as far as it reaches the plant's own alarm list and recipe."""
+
+    @property
+    def trouble(self) -> str:
+        """Why there is no connection; empty while there is one."""
+        ...
+
+    @property
+    def connections(self) -> int:
+        """Goes up with every connection that was up, and with every one that was lost."""
+        ...
+
+    @property
+    def acknowledged(self) -> bool:
+        """Whether an operator of the plant has acknowledged what stands in the list."""
+        ...
+
+    @property
+    def held(self) -> bool | None:
+        """Whether the plant's recipe waits; None where the plant does not say."""
+        ...
+
+    def raise_alarm(self, text: str, seen: bool = False) -> None:
+        """Have ``text`` stand in the list; ``seen``: somebody has acknowledged it here already."""
+        ...
+
+    def hold(self, on: bool) -> None:
+        """Let the plant's recipe wait or go on."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What stands in the list."""
+
+    text: str = ""
+    """The words; empty for nothing."""
+    alarms: frozenset[_Once] = frozenset()
+    """The alarms that they name: whoever acknowledges them has seen these and no others."""
+    seen: bool = False
+    """Whether all of them were acknowledged here."""
+
+
+def shown(standing: Iterable[Alarm]) -> Shown:
+    """What the list says of alarms that are ``standing``: the most urgent first, as many as there is room for."""
+    alarms = sorted(
+        (alarm for alarm in standing if alarm.id != LISTED),
+        key=lambda a: (_URGENT.index(a.priority), -a.raised_s, a.id),
+    )
+    words, named = "", list[Alarm]()
+    for alarm in alarms:
+        one = f"{alarm.priority.value} {alarm.id}: {alarm.cause}"
+        room = LONGEST - len(words) - len("; and 9999 more")
+        if named and len(one) + 2 > room:
+            words += f"; and {len(alarms) - len(named)} more"
+            break
+        words += ("; " if named else "") + one[:room]
+        named.append(alarm)
+    once = frozenset((alarm.id, alarm.raised_s) for alarm in named)
+    return Shown(words, once, bool(alarms) and all(a.acknowledged_by is not None for a in alarms))
+
+
+@final
+class Mirror:
+    """Is told how the guard stands at each tick, and waits for nothing; a thread of its own writes."""
+
+    def __init__(
+        self, link: Listing, put: Callable[[PersonCommand | Trouble | Settled], object], lists: bool, holds: bool
+    ) -> None:
+        """``put`` takes what the guard is told; ``lists``, ``holds``: whether the plant can be told of either."""
+        self._link, self._put, self._lists, self._holds = link, put, lists, holds
+        self._changed = threading.Condition()
+        self._wanted, self._listed = Shown(), None if lists else Shown()
+        self._hold: bool | None = None
+        self._wrote: bool | None = None
+        self._ours = self._over = self._unseen = False
+        self._connection, self._ordered = link.connections, set[_Once]()
+        self._troubles: dict[str, str] = {}
+        if lists or holds:
+            threading.Thread(target=self._write_on, name="the plant's alarm list", daemon=True).start()
+
+    def look(self, standing: Iterable[Alarm], latched: bool, mode: Mode) -> None:
+        """One tick: what the plant must show from now on, and what its operators have acknowledged."""
+        alarms = tuple(standing)
+        with self._changed:
+            if self._link.connections != self._connection:
+                self._connection = self._link.connections
+                self._listed = None if self._lists else self._listed  # another server, perhaps, that knows nothing
+                self._wrote = None
+            if self._lists:
+                self._wanted = shown(alarms)
+                self._acknowledge(alarms)
+            if self._holds:
+                self._wait(latched, mode)
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """Write nothing any more; what stands in the list stays there."""
+        with self._changed:
+            self._over = True
+            self._changed.notify_all()
+
+    def _acknowledge(self, alarms: tuple[Alarm, ...]) -> None:
+        """Order it here where it was done there, after what stands there now was seen to be unacknowledged."""
+        listed = self._listed
+        if listed is None or not listed.alarms or self._link.trouble:
+            self._unseen = False
+            return
+        if not self._link.acknowledged:
+            self._unseen = True
+            return
+        if not self._unseen or listed.seen:
+            return
+        for alarm in alarms:
+            once = alarm.id, alarm.raised_s
+            if once in listed.alarms and alarm.acknowledged_by is None and once not in self._ordered:
+                self._ordered.add(once)
+                reason = "acknowledged in the plant's own alarm list"
+                order = f"plant-{secrets.token_hex(8)}"
+                self._put(PersonCommand(order, OPERATORS, Role.OPERATOR, Verb.ACKNOWLEDGE, alarm.id, reason=reason))
+        self._ordered &= {(alarm.id, alarm.raised_s) for alarm in alarms}
+
+    def _wait(self, latched: bool, mode: Mode) -> None:
+        """A recipe waits while a latch stands, in every mode; it goes on with a mode that writes, where we held it."""
+        self._ours = self._ours or latched
+        held = self._wrote if self._link.held is None else self._link.held
+        self._hold = None
+        if latched:
+            self._hold = True if held is not True else None
+        elif self._ours and mode.writes:
+            self._hold = False if held is not False else None
+            self._ours = held is not False
+        if not latched and held is True and not (self._ours and mode.writes):
+            self._trouble(WAITS, _STILL)
+        elif self._hold is None:
+            self._trouble(WAITS, "")
+
+    def _write_on(self) -> None:
+        while not self._over:
+            with self._changed:
+                self._changed.wait_for(lambda: self._over or self._due, AGAIN_S)
+                wanted, hold, before = self._wanted, self._hold, self._listed
+            if self._over or self._link.trouble:
+                self._rest()
+                continue
+            done = True
+            if hold is not None:
+                done = self._tried(WAITS, partial(self._link.hold, hold))
+                self._wrote = hold if done else None
+            if wanted != before and self._lists:
+                if self._tried(LISTED, partial(self._link.raise_alarm, wanted.text, wanted.seen)):
+                    with self._changed:
+                        self._listed, self._unseen = wanted, False
+                else:
+                    done = False
+            self._rest(1.0 if done else AGAIN_S)
+
+    @property
+    def _due(self) -> bool:
+        return self._hold is not None or self._wanted != self._listed
+
+    def _rest(self, seconds: float = 1.0) -> None:
+        """Write no more often than that, wall-clock [s]."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._over, seconds)
+
+    def _tried(self, name: str, write: Callable[[], None]) -> bool:
+        try:
+            write()
+        except LinkError as refused:
+            self._trouble(name, str(refused))
+            return False
+        self._trouble(name, "")
+        return True
+
+    def _trouble(self, name: str, cause: str) -> None:
+        """Tell the guard of a trouble that began, and of one that is over."""
+        if bool(cause) != bool(self._troubles.get(name)):
+            self._put(Trouble(name, cause) if cause else Settled(name))
+        self._troubles[name] = cause
