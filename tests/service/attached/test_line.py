@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
+import random
 import socket
 import threading
 import time
@@ -23,7 +25,7 @@ from homeostat.journal import MemoryTrace
 from homeostat.service.thinking import line as lines
 from homeostat.service.thinking.away import Away, AwayTrace
 from homeostat.service.thinking.codec import Hello, Told
-from homeostat.service.thinking.line import Answering, ThinkingLine
+from homeostat.service.thinking.line import MOST_BYTES, Answering, ThinkingLine
 from tests.guard.vessel import MACHINE
 
 HELLO = Hello(b"key", "c")
@@ -86,6 +88,28 @@ def guard(path: Path) -> Iterator[Guard]:
     made = Guard(path)
     yield made
     made.line.close()
+
+
+def test_an_hour_of_two_thousand_noisy_tags_is_kept(guard: Guard, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What an hour takes follows from a minute of it: so many ticks in so many bytes."""
+    chance, steps = random.Random(1), [0.013 + 0.001 * n for n in range(2000)]
+    for at_s in range(60):
+        noisy = {f"UNIT-{n:04d}.PV": round(chance.gauss(8000.0, 16.0)) * step for n, step in enumerate(steps)}
+        judged = {**noisy, "UNIT-0007.PV": math.nan}
+        came, seen = Snapshot(float(at_s), noisy), Snapshot(float(at_s), judged, frozenset({"UNIT-0007.PV"}))
+        guard.line.show(replace(SEEN, now_s=float(at_s), sample=came, snapshot=seen))
+    until(lambda: len(guard.line._kept) == 60)
+    assert guard.line._size / 60 * 3600 <= MOST_BYTES
+
+
+def test_what_was_judged_and_what_came_arrive_as_they_were(guard: Guard, path: Path) -> None:
+    came = Snapshot(1.0, {"A": 0.0, "B": 2.0, "C": math.nan}, frozenset(), taken_s={"B": 0.5})
+    judged = Snapshot(1.0, {"A": -0.0, "B": 2.0, "C": math.nan}, frozenset({"C"}), reasons={"C": "no number"})
+    guard.line.show(replace(SEEN, now_s=1.0, sample=came, snapshot=judged))
+    thinker = Thinker(path)
+    until(lambda: thinker.times)
+    told = thinker.told[1]
+    assert isinstance(told, Observation) and repr(told.snapshot) == repr(judged) and repr(told.sample) == repr(came)
 
 
 def test_thinking_is_told_what_was_seen_before_it_came_and_answers(guard: Guard, path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from pathlib import Path
 
 import pytest
@@ -23,9 +24,22 @@ def attached(directory: Path, closed: bool = True) -> None:
 def test_one_directory_has_one_service(tmp_path: Path) -> None:
     lock = hold(tmp_path / "live")
     with pytest.raises(AttachError, match="is attached already; stop that service, or choose another --dir"):
-        hold(tmp_path / "live")
+        hold(tmp_path / "live", 0.3)
     os.close(lock)
     os.close(hold(tmp_path / "live"))
+
+
+def test_a_directory_that_a_dying_guard_has_is_waited_for(tmp_path: Path) -> None:
+    lock = hold(tmp_path / "live")
+    guard = os.fork()
+    if guard == 0:  # it has the lock of whoever began it, and sees a moment later that there is nobody any more
+        time.sleep(1.0)
+        os._exit(0)
+    os.close(lock)
+    begin = time.monotonic()
+    os.close(hold(tmp_path / "live"))
+    assert 0.5 < time.monotonic() - begin < 5.0
+    os.waitpid(guard, 0)
 
 
 def test_a_path_that_is_too_long_for_a_socket_is_refused_before_anything_is_made(tmp_path: Path) -> None:

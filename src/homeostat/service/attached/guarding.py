@@ -99,6 +99,10 @@ def guard(attaching: Attaching, pulse: int) -> int:
     def alive() -> None:
         with contextlib.suppress(OSError):
             os.write(pulse, b".")
+        if os.getppid() != parent and not stopping:  # also while a sample is waited for: another service waits for us
+            stopping.append("whoever looked after the guard is gone")
+            for source in waiting:
+                source.stop()
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C at the terminal is for whoever started this
     signal.signal(signal.SIGTERM, stop)
@@ -119,8 +123,6 @@ def guard(attaching: Attaching, pulse: int) -> int:
         while not stopping:
             guarding.tick()
             alive()
-            if os.getppid() != parent:
-                stopping.append("whoever looked after the guard is gone")
         guarding.stop(stopping[0])
     return 0
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -24,6 +25,10 @@ KEPT: Final = ".history"
 """Ending of the folder beside the directory in which the history is, unless another one is said."""
 DOORS: Final = {Role.OPERATOR: "operator.sock", Role.ENGINEER: "engineer.sock"}
 """Role -> the socket for it: whoever may open it has the role."""
+FREE_S: Final = 5.0
+"""Longest wait for a directory that another process has, wall-clock [s]: a guard looks for who began it at each tick."""
+AGAIN_S: Final = 0.1
+"""How often it is tried [s]."""
 LONGEST_PATH: Final = 107
 """Longest path of a local socket [byte]."""
 
@@ -32,10 +37,11 @@ class AttachError(LinkError):
     """A plant cannot be attached in a directory; one line with the remedy."""
 
 
-def hold(directory: Path) -> int:
+def hold(directory: Path, within_s: float = FREE_S) -> int:
     """Make ``directory`` where it is not there; its lock, which ends with the last process that has it.
 
-    Raises AttachError where another service has it, or sockets in it would have paths that are too long.
+    A guard whose service has just died has it until it sees that, so it is tried for ``within_s`` [s]. Raises
+    AttachError where another service has it, or sockets in it would have paths that are too long.
     """
     longest = max(map(len, (THINKING, HISTORY, *DOORS.values()))) + 1
     if (size := len(os.fsencode(directory.resolve())) + longest) > LONGEST_PATH:
@@ -45,14 +51,19 @@ def hold(directory: Path) -> int:
         )
     directory.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(descriptor)
-        raise AttachError(
-            f"{str(directory)!r} is attached already; stop that service, or choose another --dir"
-        ) from None
-    return descriptor
+    end = time.monotonic() + within_s
+    while True:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() < end:
+                time.sleep(AGAIN_S)
+                continue
+            os.close(descriptor)
+            raise AttachError(
+                f"{str(directory)!r} is attached already; stop that service, or choose another --dir"
+            ) from None
+        return descriptor
 
 
 def begins(directory: Path) -> RunStarted | None:

@@ -17,8 +17,8 @@ from homeostat.service.attached.place import hold, refuse_unfit
 from homeostat.service.keeping.minded import Minded, Patience
 from homeostat.service.keeping.notify import Notify
 
-GUARD: Final = Patience(start_s=60.0, quiet_s=20.0, again_s=0.5, most_s=5.0)
-"""The guard comes back at once, and at the latest 5 s after it has died again and again."""
+GUARD: Final = Patience(start_s=60.0, quiet_s=20.0, again_s=0.5, most_s=1.0)
+"""The guard comes back at once, and at the latest 1 s after it has died again and again: nobody watches meanwhile."""
 THINKING: Final = Patience(start_s=120.0, quiet_s=30.0, again_s=1.0, most_s=60.0)
 """Thinking has more to load, and steps back where it does not last."""
 HISTORIAN: Final = Patience(start_s=60.0, quiet_s=60.0, again_s=1.0, most_s=30.0)

@@ -10,7 +10,7 @@ import io
 import json
 import pickle
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, TypeAlias
 
 from homeostat.domain.events import foresight, recovery
@@ -103,13 +103,29 @@ class _Unpickler(pickle.Unpickler):
 def to_thinking(told: Told) -> bytes:
     """``told`` as it travels from the guard."""
     frame = io.BytesIO()
-    _Pickler(frame, pickle.HIGHEST_PROTOCOL).dump(told)
+    _Pickler(frame, pickle.HIGHEST_PROTOCOL).dump(_once(told) if isinstance(told, Observation) else (told, None))
     return frame.getvalue()
+
+
+def _once(seen: Observation) -> tuple[Observation, dict[str, float] | None]:
+    """``seen`` without readings of its snapshot that are as they came, and those that are not: most are told once."""
+    judged, came = seen.snapshot, seen.sample
+    if judged is None or came is None or judged is came or list(judged.values) != list(came.values):
+        return seen, None
+    changed = {tag: value for tag, value in judged.values.items() if not _same(value, came.values[tag])}
+    return replace(seen, snapshot=replace(judged, values={})), changed
+
+
+def _same(one: float, other: float) -> bool:
+    return one is other or (one == other and one != 0.0)  # a zero may have another sign
 
 
 def from_guard(frame: bytes, machine: StateMachine) -> Told:
     """What the guard told; only for a frame that came from the guard, because it can have anything made."""
-    told: Told = _Unpickler(frame, machine).load()
+    told: Told
+    told, changed = _Unpickler(frame, machine).load()
+    if isinstance(told, Observation) and told.snapshot is not None and told.sample is not None and changed is not None:
+        return replace(told, snapshot=replace(told.snapshot, values={**told.sample.values, **changed}))
     return told
 
 

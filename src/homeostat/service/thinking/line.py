@@ -6,6 +6,7 @@ import contextlib
 import os
 import socket
 import threading
+import zlib
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,8 +22,10 @@ from homeostat.service.thinking.codec import LARGEST, Hello, Ready, Recorded, fr
 
 MOST: Final = 3600
 """Most observations that are kept for thinking that begins again."""
-MOST_BYTES: Final = 64_000_000
-"""Most bytes of them."""
+MOST_BYTES: Final = 96_000_000
+"""Most bytes of them, compressed."""
+_LEVEL: Final = 1
+"""Level of the compression: the others take longer and gain little on readings."""
 MOST_NEW: Final = 600
 """Most observations that wait to be packed while thinking takes none; older ones are dropped."""
 ALARM: Final = "recovery:thinking"
@@ -138,12 +141,12 @@ class ThinkingLine:
                 new = tuple(self._new)
                 self._new.clear()
             for seen in new:
-                self._keep(to_thinking(seen))
+                self._keep(zlib.compress(to_thinking(seen), _LEVEL))
             with self._changed:
                 connection, frame = self._connection, self._following() if self._owed else None
             if connection is not None and frame is not None:
                 try:
-                    connection.send_bytes(frame)
+                    connection.send_bytes(zlib.decompress(frame))
                 except OSError:
                     self._let_go(connection)
 
