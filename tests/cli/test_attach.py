@@ -12,6 +12,9 @@ import pytest
 
 pytest.importorskip("asyncua", reason="the extra 'opcua' is not installed")
 
+from homeostat.links.opcua.security.certificate import make_certificate
+from homeostat.links.opcua.security.security import APPLICATION
+from homeostat.service.attached.guarding import Attaching
 from homeostat.service.keeping.notify import Notify
 from tests.cli.command import homeostat, refused
 
@@ -56,6 +59,40 @@ def test_a_mapping_that_gives_up_before_the_next_tick_of_its_plant_is_refused(ma
     arguments = ("attach", str(folder), "--link", "cstr.toml", "--dir", "d", "--insecure")
     done = homeostat(*arguments, cwd=mapping.parent)
     assert done.status == 2 and "dead_s = " in done.err and "tick of 2 s" in done.err and "at least 4 s" in done.err
+
+
+def test_who_signed_the_configuration_decides_whether_the_plant_is_commanded(
+    mapping: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, began = mapping.parent, list[Attaching]()
+
+    def attach(attaching: Attaching, *rest: object) -> int:
+        began.append(attaching)
+        return 0
+
+    monkeypatch.setattr("homeostat.service.keeping.attach.attach", attach)
+    make_certificate(folder / "pki", APPLICATION, "link")
+    shutil.copy(folder / "pki/own/certificate.der", folder / "pki/trusted")
+    for name in ("mine", "theirs"):
+        assert homeostat("plant", "keygen", name, cwd=folder).status == 0
+    whose = "--key", "mine", "--person", "Ada", "--reason", "review 7", "--out", "cstr.sig"
+    assert homeostat("plant", "sign", "cstr", *whose, cwd=folder).status == 0
+    known = "attach", "cstr", "--link", "cstr.toml", "--dir", "d", "--pki", "pki"
+    for options, told, commands in (
+        ((), "UNSIGNED", False),
+        (("--signed-by", "mine.pub"), "UNSIGNED", False),
+        (("--signature", "cstr.sig", "--signed-by", "theirs.pub"), "not trusted here", False),
+        (("--signature", "cstr.sig", "--signed-by", "theirs.pub", "--signed-by", "mine.pub"), "", True),
+        (("--unsigned",), "UNSIGNED", True),
+    ):
+        done = homeostat(*known, *options, cwd=folder)
+        assert done.status == 0 and told in done.err and bool(told) == ("UNSIGNED" in done.err), (options, done)
+        attaching = began.pop()
+        assert (attaching.security.refusal == "") is commands and attaching.security.encrypted
+        (signed,) = (str(setting.value) for setting in attaching.settings if setting.name == "signed")
+        assert ("Ada" in signed) is (told == "")
+    refused(homeostat(*known, "--signature", "none.sig", cwd=folder), "none.sig")
+    refused(homeostat(*known, "--signed-by", "no key", cwd=folder), "no key")
 
 
 def test_a_directory_with_something_else_in_it_is_refused(mapping: Path) -> None:

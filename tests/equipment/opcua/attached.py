@@ -73,11 +73,12 @@ class Reactor:
 class Attached:
     """``homeostat attach`` in a process group of its own, so that a Ctrl-C reaches all of it as at a terminal."""
 
-    def __init__(self, reactor: Reactor, directory: Path, *options: str) -> None:
+    def __init__(self, reactor: Reactor, directory: Path, *options: str, unsigned: bool = True) -> None:
         self.reactor, self.directory = reactor, directory
+        vouched = ("--unsigned",) if unsigned else ()
         command = [
             *COMMAND, "attach", reactor.case, "--link", str(reactor.mapping), "--dir", str(directory), "--pace",
-            str(reactor.scale), "--persons", "1", "--pki", str(reactor.pkis[1].folder), *options,
+            str(reactor.scale), "--persons", "1", "--pki", str(reactor.pkis[1].folder), *vouched, *options,
         ]  # fmt: skip
         self.errors = directory.parent / f"{directory.name}.txt"
         with self.errors.open("a") as errors:

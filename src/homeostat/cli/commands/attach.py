@@ -6,6 +6,7 @@ import argparse
 import grp
 import pwd
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,11 +15,14 @@ from homeostat.domain.mode import Role
 from homeostat.domain.quotation import printable
 
 if TYPE_CHECKING:
+    from homeostat.plants.described import DescribedPlant
     from homeostat.service.attached.guarding import Attaching
 
 
 TICKS = 2.0
 """Fewest samples that a connection must have missed before it is dead."""
+REMEDY = "sign it ('homeostat plant sign') and name the key with --signed-by, or say --unsigned"
+"""What is to be done about a configuration that nobody vouches for."""
 CALL_S = 0.5
 """Longest wait for a control system to take a write or a heartbeat, wall-clock [s]."""
 
@@ -75,7 +79,8 @@ def _attaching(options: argparse.Namespace) -> Attaching:
         raise UsageError(f"{words}: a connection that is well would be dead; state at least {least_s:g} s")
     rules, groups = rules_of(plant), _groups(options)
     Translation(mapping, rules)  # refused where mapping and plant contradict each other
-    if not security.writes:
+    security = replace(security, withheld=_withheld(plant, options))
+    if not security.encrypted:
         tell("INSECURE: nothing is encrypted, nobody is checked, nothing can be written")
     settings = (
         Setting("configuration", plant.configuration),
@@ -83,6 +88,7 @@ def _attaching(options: argparse.Namespace) -> Attaching:
         Setting("link", hashlib.sha256(options.link.read_bytes()).hexdigest()),
         Setting("pace", options.pace),
         Setting("persons", options.persons),
+        Setting("signed", _signer(plant, options)),
     )
     return Attaching(
         rules=rules,
@@ -97,6 +103,38 @@ def _attaching(options: argparse.Namespace) -> Attaching:
         history=_history(options),
         believed=_believed(options.console_login),
     )
+
+
+def _withheld(plant: DescribedPlant, options: argparse.Namespace) -> str:
+    """Why a plant of this configuration is not commanded, which is told loudly; empty where it may be."""
+    reason = _objection(plant, options)
+    if reason is None:
+        return ""
+    if options.unsigned:
+        tell(f"UNSIGNED: {reason}; --unsigned lets it be commanded all the same, as for a simulated plant")
+        return ""
+    tell(f"UNSIGNED: {reason}; nothing is commanded: no mode beyond advise. To change that, {REMEDY}")
+    return f"the plant's configuration is not signed by a key that is trusted here, so nothing is commanded; {REMEDY}"
+
+
+def _signer(plant: DescribedPlant, options: argparse.Namespace) -> str:
+    """Who signed the configuration; empty where nobody did whose key is trusted here."""
+    from homeostat.plants.files.signature import signer
+
+    if _objection(plant, options) is not None:
+        return ""
+    return signer(plant.files.folder, plant.configuration, options.signature)
+
+
+def _objection(plant: DescribedPlant, options: argparse.Namespace) -> str | None:
+    """Why nobody trusted vouches for the configuration of ``plant``; None where somebody does."""
+    from homeostat.journal.signing.keys import read_public
+    from homeostat.plants.files.signature import check_signature
+
+    if options.signature is not None:
+        options.signature.open("rb").close()  # one that was named and is not there is a mistake in the command
+    trusted = [read_public(key) for key in options.signed_by]
+    return check_signature(plant.files.folder, plant.configuration, trusted, options.signature)
 
 
 def _history(options: argparse.Namespace) -> Path | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import secrets
 import time
 from collections.abc import Mapping
@@ -116,6 +117,7 @@ class OpcuaLink:
             return
         if self._keeper.epoch != self._epoch or not self._holds(self._token):
             why = "" if self.permitted else " because its operators do not permit writing any more"
+            self._leave()
             raise LeaseVoid(f"the plant's own control has taken over{why}; take a new lease")
         self._beats = _after(self._beats, self._keeper.largest(node))
         beat = NodeWrite(node, self._beats, "UInt32")
@@ -175,6 +177,12 @@ class OpcuaLink:
         """Close it."""
         self.close()
 
+    def _leave(self) -> None:
+        """Give back a lease that operators do not permit any more; where that fails, it ends by itself."""
+        if not self.permitted:
+            with contextlib.suppress(LinkError):
+                self.give_back()
+
     @property
     def _fence(self) -> tuple[NodeWrite, ...]:
         lease = self._mapping.guard.lease
@@ -189,8 +197,8 @@ class OpcuaLink:
 
     def _refuse_unfit(self) -> None:
         """LinkError where nothing may be written now."""
-        if not self._security.writes:
-            raise LinkError("the connection is not encrypted, so nothing is written over it; give --pki FOLDER")
+        if self._security.refusal:
+            raise LinkError(self._security.refusal)
         if not self._keeper.up:
             raise LinkError(f"the plant is not reached: {self._keeper.trouble}")
         most_s = self._mapping.connection.clock_s
@@ -199,6 +207,7 @@ class OpcuaLink:
                 f"the server's clock is {self._board.clock_s:+.1f} s from ours, {most_s:g} s are allowed; set one"
             )
         if not self.permitted:
+            self._leave()
             raise LinkError("the plant's operators do not permit writing; they must switch it on at the plant")
 
     def _holds(self, token: int) -> bool:
@@ -229,10 +238,8 @@ class OpcuaLink:
         within_s: float | None = None,
     ) -> None:
         """Write in one call and wait for the answer; LinkError that begins with ``what`` where it is not a good one."""
-        if not self._security.writes:
-            raise LinkError(
-                f"{what}: the connection is not encrypted, so nothing is written over it; give --pki FOLDER"
-            )
+        if not self._security.encrypted:
+            raise LinkError(f"{what}: {self._security.refusal}")
 
         async def work(session: Session) -> str:
             return await carry_out(session, WriteOrder(writes, (), ()), fence)

@@ -71,9 +71,12 @@ def check_signature(
     return None if found.key in trusted_keys else f"the signature is by {_who(found)}, a key that is not trusted here"
 
 
-def signer(plant_folder: Path, digest: str) -> str:
-    """Who signed the configuration ``digest``, whether the key is trusted or not, or why nobody did; in one line."""
-    found = _signature(plant_folder / SIGNATURE, digest)
+def signer(plant_folder: Path, digest: str, file: Path | None = None) -> str:
+    """Who signed the configuration ``digest``, whether the key is trusted or not, or why nobody did; in one line.
+
+    The signature is ``plant.sig`` in ``plant_folder``, or ``file``.
+    """
+    found = _signature(file or plant_folder / SIGNATURE, digest)
     return found if isinstance(found, str) else f"signed by {_who(found)}"
 
 

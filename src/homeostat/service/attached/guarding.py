@@ -168,11 +168,16 @@ class _Guarding:
             source.period_s + SLACK_S + BEYOND_S,
         )
         self._standing = Standing(link, attaching.mapping.connection.clock_s, put)
-        shared, trusted = attaching.mapping.guard, attaching.security.writes
+        shared, trusted = attaching.mapping.guard, attaching.security.encrypted
         self._mirror = Mirror(
             link, put, lists=trusted and shared.alarm is not None, holds=trusted and shared.hold is not None
         )
-        known = {"plant": rules.plant, "configuration": rules.configuration, "guard_process": os.getpid()}
+        known = {
+            "plant": rules.plant,
+            "configuration": rules.configuration,
+            "guard_process": os.getpid(),
+            "writes_nothing": attaching.security.refusal,
+        }
         self._board = StatusBoard(self._guard, link, lambda: link.source.missed, known)
         self._board.recall(records)
         directory.trace.subscribe(self._board.follow)

@@ -26,7 +26,7 @@ KEPT: Final = ".history"
 DOORS: Final = {Role.OPERATOR: "operator.sock", Role.ENGINEER: "engineer.sock"}
 """Role -> the socket for it: whoever may open it has the role."""
 FREE_S: Final = 5.0
-"""Longest wait for a directory that another process has, wall-clock [s]: a guard looks for who began it at each tick."""
+"""Longest wait for a directory that another process has, wall-clock [s]: a guard sees soon that it is alone."""
 AGAIN_S: Final = 0.1
 """How often it is tried [s]."""
 LONGEST_PATH: Final = 107

@@ -78,6 +78,6 @@ def _security(options: argparse.Namespace) -> Security:
     """What the options say of security; the wish to do without is said loudly."""
     security = Security(None if options.pki is None else Pki(options.pki), options.insecure, login_from(options.login))
     security.check()
-    if not security.writes:
+    if not security.encrypted:
         print("homeostat: INSECURE: nothing is encrypted, nobody is checked, nothing can be written", file=sys.stderr)
     return security

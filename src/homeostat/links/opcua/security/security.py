@@ -27,6 +27,8 @@ class Security:
     """Whether a connection without encryption is wanted; it never writes."""
     login: tuple[str, str] | None = field(default=None, repr=False)
     """Name and password; None for none."""
+    withheld: str = ""
+    """Why nothing may be commanded although the connection is encrypted; empty where it may."""
 
     def check(self) -> None:
         """LinkError where there is neither encryption nor the wish to do without, or a file of it is not as it must be.
@@ -41,9 +43,16 @@ class Security:
             raise LinkError("a password would be readable on the way; leave it out, or give --pki FOLDER")
 
     @property
-    def writes(self) -> bool:
-        """Whether anything may be written over such a connection."""
+    def encrypted(self) -> bool:
+        """Whether the connection is encrypted, and both sides are known: only then is anything written at all."""
         return self.pki is not None
+
+    @property
+    def refusal(self) -> str:
+        """Why no plant is commanded over such a connection, with the remedy; empty where one is."""
+        if not self.encrypted:
+            return "the connection is not encrypted, so nothing is written over it; give --pki FOLDER"
+        return self.withheld
 
     async def apply(self, client: Client) -> None:
         """Set ``client`` up before it connects."""
