@@ -12,6 +12,7 @@ from homeostat.domain.recovery import Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LinkError
 from homeostat.links.opcua.link import OpcuaLink
+from homeostat.links.opcua.mapping import Connection
 from homeostat.links.opcua.security.certificate import Pki
 from tests.equipment.opcua.proxy import Proxy
 from tests.equipment.opcua.served import Served, wait_up
@@ -114,6 +115,21 @@ def test_a_half_open_connection_is_noticed_by_the_age_of_the_data(served: Served
         assert time.monotonic() - begin < 8.0 and wire.void
         proxy.swallow(False)
         assert wait_up(link) < served.back_s
+
+
+@pytest.mark.parametrize("seconds", [7.0, pytest.param(8.5, marks=pytest.mark.wide)])
+def test_with_default_times_data_are_back_in_ten_seconds_whatever_was_under_way(served: Served, seconds: float) -> None:
+    default = Connection(url="opc.tcp://127.0.0.1:1/").model_dump(exclude={"url", "publish_s", "subscribe"})
+    with Proxy(served.port) as proxy, served.link(proxy.port, **default) as link:
+        connections = link.connections
+        proxy.swallow(True)
+        begin = time.monotonic()
+        while time.monotonic() - begin < seconds or link.connections == connections:
+            with contextlib.suppress(LinkError):
+                link.source.advance()
+            time.sleep(0.02)
+        proxy.swallow(False)
+        assert wait_up(link) < 10.0
 
 
 def test_a_cut_connection_is_made_again(served: Served) -> None:
