@@ -79,6 +79,7 @@ def _attaching(options: argparse.Namespace) -> Attaching:
         raise UsageError(f"{words}: a connection that is well would be dead; state at least {least_s:g} s")
     rules, groups = rules_of(plant), _groups(options)
     Translation(mapping, rules)  # refused where mapping and plant contradict each other
+    history, believed = _history(options), _believed(options.console_login)
     security = replace(security, withheld=_withheld(plant, options))
     if not security.encrypted:
         tell("INSECURE: nothing is encrypted, nobody is checked, nothing can be written")
@@ -100,8 +101,8 @@ def _attaching(options: argparse.Namespace) -> Attaching:
         pace=options.pace,
         groups=groups,
         key=new_key(),
-        history=_history(options),
-        believed=_believed(options.console_login),
+        history=history,
+        believed=believed,
     )
 
 
