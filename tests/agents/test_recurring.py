@@ -22,7 +22,7 @@ class Plant:
     def __init__(self) -> None:
         baseline = Baseline("F-HEAT", 0.0, 0.1, 0.0, -0.2, -0.1, 0.0, 0.1, 0.2)
         self.watches = [SymptomWatch(rule, baseline) for rule in (RULE, COLD)]
-        self.recurring = Recurring(self.watches, {"T.sp": 40.0, "V.man": 1.0})
+        self.recurring = Recurring(self.watches, {"T.sp": 40.0, "V.man": 1.0}, tick_s=1.0)
         self.now_s = 0.0
         self.outgrew = False
 
@@ -150,7 +150,40 @@ def test_what_stood_before_or_was_answered_is_looked_at_as_ever(plant: Plant) ->
     plant.comes_and_goes(3)
     plant.shows(2.0, 10)
     new, old = FaultState("leak", 0.01, 250.0), FaultState("fouling", 0.3, 100.0)
-    assert plant.recurring.of(plant.now_s, False, (new,)) is not None
-    assert plant.recurring.of(plant.now_s, False, (new, old)) is None
+    assert plant.recurring.of(plant.now_s, False, (new,), ["S-HOT"]) is not None
+    assert plant.recurring.of(plant.now_s, False, (new, old), ["S-HOT"]) is None
     plant.recurring.released_s = 300.0
-    assert plant.recurring.of(plant.now_s, False, (new,)) is None
+    assert plant.recurring.of(plant.now_s, False, (new,), ["S-HOT"]) is None
+
+
+def test_what_another_symptom_led_to_is_looked_at_as_ever(plant: Plant) -> None:
+    """Its symptom has gone because a loop makes up for it; what swings beside it says nothing of it."""
+    plant.comes_and_goes(3)
+    leak = FaultState("leak", 0.01, plant.now_s)
+    assert plant.recurring.of(plant.now_s, False, (leak,), ["S-HOT"]) is not None
+    assert plant.recurring.of(plant.now_s, False, (leak,), ["S-MASS-LOSS"]) is None
+
+
+def test_what_is_over_may_end_the_swing_it_was_part_of(plant: Plant) -> None:
+    """Times that count anew may be nearer to one another: then it is none that is due."""
+    plant.comes_and_goes(1)
+    plant.shows(2.0, 25, setpoint=310.5)
+    plant.shows(2.0, 25)
+    plant.shows(0.0)
+    plant.comes_and_goes(1)
+    plant.shows(0.0, 180)
+    assert plant.recurs
+    plant.recurring.over(0.0)
+    assert plant.recurring.of(plant.now_s, False) is None
+
+
+def test_a_time_that_nobody_saw_the_end_of_says_nothing(plant: Plant) -> None:
+    plant.shows(2.0, 20)
+    plant.shows(None, 3000)
+    plant.shows(2.0, 1)
+    plant.shows(0.0)
+    plant.comes_and_goes(2)
+    plant.shows(2.0, 70)
+    assert plant.recurs
+    plant.shows(2.0, 10)
+    assert not plant.recurs, "an hour without a reading is no hour that it stood"

@@ -38,7 +38,8 @@ class RecoveryMemory:
 class Stance(Enum):
     """What is to be done about a plant that was looked at."""
 
-    LEAVE = "It is left as it is: all is well, it was so before, or proposers have found nothing and nothing is new."
+    LEAVE = "It is left as it is: all is well, or proposers have found nothing before and nothing is new."
+    AS_BEFORE = "It is left as it is: all that is seen has come and gone by itself, and is as it was."
     ACCEPT = "It is left as it is for good: the batch is over, and safe with these symptoms."
     IMPROVE = "It is left as it is unless something costs less."
     PREFER = "It is left as it is unless something is approved: a step is asked for, or the way back."
@@ -106,7 +107,7 @@ class Agenda:
         So is one in which only what has come and gone by itself is seen: whatever explains the last of it, it was kept.
         """
         if look.diagnosis.recurs is not None and not (due or deviates or self.finished(look.state)):
-            return Stance.LEAVE
+            return Stance.AS_BEFORE
         sound = look.harmless and not look.diagnosis.faulty and not deviates
         if (look.fine or sound) and not due and (not worthwhile or self._calm(memory, look)):
             return Stance.LEAVE

@@ -178,7 +178,8 @@ class RecoveryLoop:
             return await fall_back(scene, reason)
         if stance is Stance.ACCEPT:
             self._memory = replace(self._memory, accepted=frozenset(s.rule for s in self._watch.symptoms))
-        return take_no_action(scene, verdict, idle, armed, ran_out, diagnosis.recurs)
+        recurs = diagnosis.recurs if stance is Stance.AS_BEFORE else None
+        return take_no_action(scene, verdict, idle, armed, ran_out, recurs)
 
     def _given(self, stance: Stance, look: Look, verdict: Verdict, armed: TimeLeft) -> Alternatives:
         """What may be done without a proposal: leaving the plant alone, and the fallback that acts first."""

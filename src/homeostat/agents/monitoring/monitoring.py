@@ -59,7 +59,8 @@ class TwinMonitoring:
         self._watches = [SymptomWatch(r, baselines[r.feature]) for r in description.symptom_rules]
         self._held = frozenset(loop.process_variable for loop in description.loops)
         self._followed = Followed(description, self._watches)
-        self._recurring = Recurring(self._watches, {t: description.tag(t).range.span for t in description.writables})
+        spans = {tag: description.tag(tag).range.span for tag in description.writables}
+        self._recurring = Recurring(self._watches, spans, self._timing.tick_s)
         self._every = tuple(fault.name for fault in description.faults)
         self._sums = {f.name: 0.0 for f in description.features}
         self._counted = 0
@@ -87,8 +88,7 @@ class TwinMonitoring:
         reads = {f.name: f.tags for f in description.features}
         self._reads = {r.name: reads[r.feature] for r in description.symptom_rules}
         self._open, self._again = frozenset[str](), False
-        self._from_s = self._beside_s = -math.inf
-        self._at_s = -math.inf
+        self._from_s = self._beside_s = self._at_s = -math.inf
         self._symptoms: tuple[Symptom, ...] = ()
 
     def notices(self, snapshot: Snapshot) -> bool:
@@ -118,7 +118,8 @@ class TwinMonitoring:
         That the batch ``deviates`` from its prediction is evidence enough: each fault is tried, and none is waited for.
         """
         found = self._diagnosed(deviates)
-        return replace(found, recurs=self._recurring.of(self._at_s, bool(self._still.symptoms), self._known))
+        led = [s.rule for s in self._last]
+        return replace(found, recurs=self._recurring.of(self._at_s, bool(self._still.symptoms), self._known, led))
 
     def _diagnosed(self, deviates: bool) -> Diagnosis:
         ended, fits = self._ended()
@@ -178,7 +179,7 @@ class TwinMonitoring:
             return self._forget(since_s)
         stands = {fault for fault, at_s in stuck.items() if self._still.stands(shown_by[fault], at_s)}
         beside = {f.fault: f for f in reversed(every) if f.fault in stands or f.fault in self._unseen}
-        if beside:
+        if beside and any(f.fault not in self._unseen for f in self._known):
             return self._ended_beside(beside, said)
         ended = self._twin.frozen().ended(left_open(said), self._from_s) if self._known else None
         if ended is None:
@@ -201,6 +202,8 @@ class TwinMonitoring:
         ended = self._twin.frozen().ended(left_open(others), self._from_s, wrong)
         if ended is not None:
             self._from_s = self._beside_s = ended.since_s
+            if not any(f.fault in beside for f in self._known):
+                return self._over(ended.since_s), ended.fits
             self._known = tuple(f for f in self._known if f.fault in beside)
             self._said, self._forgot = tuple(Hypothesis(f, 1.0) for f in (self._known,) if f), True
             self._twin.believe(self._known)
@@ -332,6 +335,8 @@ class TwinMonitoring:
             self._review_at_s = at_s + self._settings.review_s
             return True
         active = {s.rule for s in self._symptoms}
+        if self._recurring.outgrew:  # it was let be, whatever explained it: that explains nothing now
+            self._acknowledged = {rule: until_s for rule, until_s in self._acknowledged.items() if rule not in active}
         clears = at_s >= self._quiet_until_s and self._clearing.due(active, at_s)
         fresh = {
             s.rule
@@ -343,7 +348,7 @@ class TwinMonitoring:
         found = bool(fresh)
         self._checks = clears and not found
         self._again = found and fresh <= self._open and not any(map(self._situation.grew, fresh))
-        return found or clears or self._recurring.outgrew
+        return found or clears
 
     def _in_any_transient(self, symptom: Symptom) -> bool:
         """Whether no transient of the process raises ``symptom``: what it is about has another cause."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -29,6 +29,8 @@ KEPT = 64
 SAME = 0.1
 """Share of its range by which a command may differ from another that is about the same [1]."""
 
+UNREAD = 10.0
+"""For how many ticks its feature may be unknown while a symptom stands [1]."""
 STILL = 1e-6
 """The same of one that is not moved [1]."""
 
@@ -42,15 +44,15 @@ class _Time:
     largest: float
     commands: Mapping[str, float]
     moved: bool = False
-    """Whether anything was moved meanwhile, so that nobody knows whether it went by itself."""
+    """Whether anything was moved or unread meanwhile, so that nobody knows whether it went by itself, or when."""
 
 
 class Recurring:
     """Remembers when each symptom came and went, and under which commands."""
 
-    def __init__(self, watches: Iterable[SymptomWatch], spans: Mapping[str, float]) -> None:
+    def __init__(self, watches: Iterable[SymptomWatch], spans: Mapping[str, float], tick_s: float) -> None:
         """``spans``: tag that is written -> its range, in its unit; what goes while one is moved may not by itself."""
-        self._watches, self._spans = tuple(watches), spans
+        self._watches, self._spans, self._unread_s = tuple(watches), spans, UNREAD * tick_s
         self._past = {w.rule.name: deque[_Time](maxlen=KEPT) for w in self._watches}
         self._now: dict[str, _Time] = {}
         self._commands: Mapping[str, float] = {}
@@ -74,7 +76,9 @@ class Recurring:
                     self._past[name].append(gone)
                 continue
             time = self._now.setdefault(name, _Time(watch.active.at_s, at_s, 0.0, commands))
-            time.until_s, time.largest = at_s, max(time.largest, 0.0 if value is None else watch.excess(value))
+            if value is not None:
+                time.moved = time.moved or at_s - time.until_s > self._unread_s
+                time.until_s, time.largest = at_s, max(time.largest, watch.excess(value))
         before, self._as_before = self._as_before, self._are_as_before(at_s)
         self.outgrew = before and not self._as_before and bool(self._now)
 
@@ -83,15 +87,20 @@ class Recurring:
         for time in (*self._now.values(), *(t for times in self._past.values() for t in times)):
             time.moved = time.moved and time.until_s < since_s
 
-    def of(self, at_s: float, others: bool, known: Iterable[FaultState] = ()) -> Recurrence | None:
+    def of(
+        self, at_s: float, others: bool, known: Collection[FaultState] = (), led: Iterable[str] = ()
+    ) -> Recurrence | None:
         """What has come and gone, and is as it was or has just gone again, at ``at_s`` [s]; None where anything is not.
 
         ``others``: whether there are symptoms besides, of which nobody knows how often they came. What is ``known`` and
-        was there before the first of them, or before something was released, stands: it may grow.
+        was there before the first of them, or before something was released, stands: it may grow. So does what other
+        symptoms ``led`` to, by their names, if they have gone.
         """
         if others or not self._as_before:
             return None
         past = {name: self._counted(name) for name in self._past if name in self._now or self._swings(name, at_s)}
+        if not past or (known and not past.keys() >= set(led)):
+            return None
         longest_s = max(t.until_s - t.since_s for times in past.values() for t in times)
         since_s = min(self._past[name][0].since_s for name in past) - LONGER * longest_s
         if any(fault.onset_s < max(since_s, self.released_s) for fault in known):

@@ -1,6 +1,5 @@
 """A run told line by line: live from its trace, or again from its journal; both give the same lines."""
 
-import math
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Final
@@ -28,6 +27,7 @@ from homeostat.domain.events.recovery import (
     Remarked,
     Retrieved,
     Strayed,
+    SymptomsCleared,
     Waited,
 )
 from homeostat.domain.events.trips import FallbackActivated
@@ -104,6 +104,8 @@ class Story:
                 yield self._doubt(event, at_s)
             case Foreseen() if not event.digest and event.first is not None:
                 yield from self._foresee(event, event.first, at_s)
+            case SymptomsCleared():
+                self._foretold = {}
             case FaultsEnded():
                 self._foretold = {}
                 yield self._over(event, at_s)
@@ -119,6 +121,14 @@ class Story:
                 yield Line(at_s, "compared", compared(event), Tone.MUTED)
             case GaveUp() if self.record.acted_s is None:
                 yield Line(at_s, "gave up", event.reason, Tone.MUTED)
+            case RunFinished():
+                yield Line(at_s, "end", event.outcome.replace("_", " "), Tone.MUTED)
+            case _:
+                yield from self._answers(event, at_s)
+
+    def _answers(self, event: Event, at_s: float) -> Iterator[Line]:
+        """What was done about what was found."""
+        match event:
             case ReleasedActions():
                 self._foretold = {}
                 held = f", for {event.for_s:g} s" if event.for_s else ""
@@ -144,8 +154,6 @@ class Story:
                 self.state = event.strategy
                 text = f"{event.strategy!r}: {commands(event.commands, self._plant)}, because {event.reason}"
                 yield Line(at_s, "fallback", text, Tone.BAD)
-            case RunFinished():
-                yield Line(at_s, "end", event.outcome.replace("_", " "), Tone.MUTED)
             case _:
                 pass  # an event that is not for the operator
 
@@ -188,7 +196,7 @@ class Story:
     def _foresee(self, event: Foreseen, first: Reached, at_s: float) -> Iterator[Line]:
         """When a hard limit trips if nothing is done: once, and again where it is another one, or twice as near."""
         limit = first_hard(event, self._plant)
-        if first.earliest_s > 0.5 * self._foretold.get(limit, math.inf):
+        if limit in self._foretold and first.earliest_s >= 0.5 * self._foretold[limit]:
             return
         self._foretold[limit] = first.earliest_s
         text = f"{limit} trips {_within(first)} if nothing is done, in {first.members} of {event.members} members"

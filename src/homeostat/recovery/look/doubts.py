@@ -79,9 +79,6 @@ class Doubts:
         self._quiet_s = at_s if self._quiet_s is None else self._quiet_s
         if at_s - self._quiet_s < self._gone_s:
             return
-        if not self._begun:  # whoever thought before may have left an alarm behind
-            self._begun = True
-            self._scene.settle(ALARM)
         self._settle()
         if self._noticed and not self._held:
             self._scene.record(SymptomsCleared(tuple(self._noticed), self._quiet_s))
@@ -133,10 +130,12 @@ class Doubts:
     def _nearest(self, told: Foreseen, when: str) -> str:
         """The hard limit that is reached first, and how soon."""
         first = next(r for r in told.reached if r.limit in self._hard)
-        return f"{when}, {first.limit} trips in {first.earliest_s:.0f} s at the soonest"
+        left_s = max(first.earliest_s - (self._scene.seen_s - told.from_s), 0.0)
+        return f"{when}, {first.limit} trips in {left_s:.0f} s at the soonest"
 
     def _raise(self, priority: Priority, cause: str) -> None:
         now_s = self._scene.seen_s
+        self._inherit()
         if self._raised is not None:
             self._scene.settle(ALARM)
         elif now_s - self._returned_s < self._longest_s:
@@ -147,9 +146,16 @@ class Doubts:
         self._scene.alarm(ALARM, cause, priority)
 
     def _settle(self) -> None:
+        self._inherit()
         if self._raised is not None:
             self._scene.settle(ALARM)
             self._raised, self._returned_s = None, self._scene.seen_s
+
+    def _inherit(self) -> None:
+        """Whoever thought before may have left an alarm behind, which would keep one of another priority from view."""
+        if not self._begun:
+            self._begun = True
+            self._scene.settle(ALARM)
 
     def _forget(self) -> None:
         """Nothing stands any more: what comes next is told from its beginning."""
