@@ -162,7 +162,57 @@ def test_a_recipe_that_somebody_else_lets_wait_is_left_alone() -> None:
         for mode in (Mode.OBSERVE, Mode.CLOSED_LOOP):
             mirror.look((), False, mode)
         time.sleep(1.5)
-        assert plant.held is True and [t.name for t in told if isinstance(t, Trouble)] == [WAITS]
+        assert plant.held is True
+        assert [(t.name, t.priority) for t in told if isinstance(t, Trouble)] == [(WAITS, Priority.LOW)]
+
+
+def test_what_the_operators_let_wait_before_a_latch_goes_on_by_them_alone() -> None:
+    plant = List(held=True)
+    with mirrored(plant) as (mirror, _):
+        mirror.look((), True, Mode.OBSERVE)
+        for _ in range(3):
+            mirror.look((), False, Mode.CLOSED_LOOP)
+            time.sleep(0.5)
+        assert plant.held is True and not [w for w in plant.written if isinstance(w, bool)]
+
+
+def test_what_goes_on_at_the_plant_and_is_held_there_again_is_theirs() -> None:
+    plant = List()
+    with mirrored(plant) as (mirror, _):
+        mirror.look((), True, Mode.OBSERVE)
+        soon(lambda: plant.held is True)
+        plant.held = False
+        mirror.look((), False, Mode.OBSERVE)
+        plant.held = True
+        for _ in range(3):
+            mirror.look((), False, Mode.CLOSED_LOOP)
+            time.sleep(0.5)
+        assert plant.held is True and [w for w in plant.written if isinstance(w, bool)] == [True]
+
+
+@dataclass
+class Deaf(List):
+    """A plant that takes every order to wait, and waits for nobody."""
+
+    def hold(self, on: bool) -> None:
+        self._take(on)
+
+
+def test_a_recipe_that_goes_on_although_it_was_told_to_wait_is_an_alarm_once() -> None:
+    plant = Deaf()
+    with mirrored(plant) as (mirror, told):
+        deadline = time.monotonic() + 8.0
+        while time.monotonic() < deadline:
+            mirror.look((), True, Mode.OBSERVE)
+            time.sleep(0.1)
+        assert [t.name for t in told if isinstance(t, Trouble)] == [WAITS] and plant.written.count(True) > 3
+
+
+def test_before_the_first_look_nothing_is_written() -> None:
+    plant = List()
+    with mirrored(plant):
+        time.sleep(1.5)
+        assert plant.text == "from before" and not plant.written
 
 
 def test_a_plant_that_does_not_show_its_recipe_is_told_once() -> None:

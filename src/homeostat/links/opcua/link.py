@@ -24,6 +24,8 @@ from homeostat.links.opcua.writing.writes import NodeWrite, Translation, WriteOr
 
 LATE_S = 2.0
 """By how much more than two publishing intervals news of the lease may be late, wall-clock [s]."""
+FEWEST = 2**15 - 1
+"""Largest number that a lease must be able to hold, at least: two guards draw theirs by chance [1]."""
 BEAT_S = 1.0
 """Longest wait for a heartbeat to be taken, wall-clock [s]."""
 
@@ -96,8 +98,9 @@ class OpcuaLink:
         token = secrets.randbits(31) | 1
         fence: tuple[NodeWrite, ...] = ()
         if guard.lease is not None:
-            if (most := self._keeper.largest(guard.lease)) < 1:
-                raise LinkError(f"the lease {guard.lease} holds no number; state another node for guard.lease")
+            if (most := self._keeper.largest(guard.lease)) < FEWEST:
+                which = f"the lease {guard.lease} holds no number that tells two guards apart"
+                raise LinkError(f"{which}; state another node for guard.lease")
             token = token % most | 1
             lease = NodeWrite(guard.lease, token, "UInt32")
             self._write((lease,), (), epoch, "taking the lease")
@@ -146,23 +149,28 @@ class OpcuaLink:
         guard = self._mapping.guard
         if guard.alarm is None:
             raise LinkError("the mapping has no node for an alarm; state guard.alarm")
-        writes: tuple[NodeWrite, ...] = (NodeWrite(guard.alarm, text, "String"),)
+        self._write((NodeWrite(guard.alarm, text, "String"),), (), self._keeper.epoch, "the alarm")
         if seen and guard.acknowledged is not None:
-            writes = (*writes, NodeWrite(guard.acknowledged, True, "Boolean"))
-        self._write(writes, self._fence, self._keeper.epoch, "the alarm")
+            with contextlib.suppress(LinkError):  # where the plant lets nobody but its own people say so
+                said = NodeWrite(guard.acknowledged, True, "Boolean")
+                self._write((said,), (), self._keeper.epoch, "its acknowledgement")
 
     def hold(self, on: bool) -> None:
         """Let the plant's own recipe wait, which moves nothing and needs no lease, or go on, which needs it.
 
         After a fallback it must wait, or it begins again what the fallback ended. LinkError where the mapping has no
-        node for it, it is not reached, or the connection is not encrypted.
+        node for it, it is not reached, or the connection is not encrypted; to go on, also where nothing may be written.
         """
         node = self._mapping.guard.hold
         if node is None:
             raise LinkError("the mapping has no node that lets the plant's recipe wait; state guard.hold")
-        if not on and self._mapping.guard.lease is not None and not self._fence:
-            raise LinkError("only who holds the lease lets the plant's recipe go on; take it first")
-        self._write((NodeWrite(node, on, "Boolean"),), self._fence, self._keeper.epoch, "holding the plant's recipe")
+        fence: tuple[NodeWrite, ...] = ()
+        if not on:
+            self._refuse_unfit()
+            fence = self._fence
+            if self._mapping.guard.lease is not None and not fence:
+                raise LinkError("only who holds the lease lets the plant's recipe go on; take it first")
+        self._write((NodeWrite(node, on, "Boolean"),), fence, self._keeper.epoch, "holding the plant's recipe")
 
     def close(self) -> None:
         """End the connection; the lease is not given back, and the plant sheds where it hears nothing."""

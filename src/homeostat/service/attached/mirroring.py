@@ -28,6 +28,10 @@ _STILL: Final = (
     "the plant's recipe still waits, as after the fallback; let it go on at the plant, or raise the mode to one that "
     "writes"
 )
+_THEIRS: Final = "the plant's recipe waits, and not because of this guard; who let it wait lets it go on at the plant"
+_IGNORED: Final = "the plant takes the order that its recipe must wait, and does not show that it does; stop it there"
+IGNORED: Final = 3
+"""How often in turn the plant takes an order to wait before it is called one that ignores it [1]."""
 _URGENT: Final = tuple(reversed(Priority))
 _Once: TypeAlias = tuple[str, float]
 """An alarm, and when it was raised [s]: the same one again is another one."""
@@ -109,7 +113,8 @@ class Mirror:
         self._wanted, self._listed = Shown(), None if lists else Shown()
         self._hold: bool | None = None
         self._wrote: bool | None = None
-        self._ours = self._over = self._unseen = False
+        self._in_vain = 0
+        self._ours = self._over = self._unseen = self._told = False
         self._connection, self._ordered = link.connections, set[_Once]()
         self._troubles: dict[str, str] = {}
         if lists or holds:
@@ -119,6 +124,7 @@ class Mirror:
         """One tick: what the plant must show from now on, and what its operators have acknowledged."""
         alarms = tuple(standing)
         with self._changed:
+            self._told = True
             if self._link.connections != self._connection:
                 self._connection = self._link.connections
                 self._listed = None if self._lists else self._listed  # another server, perhaps, that knows nothing
@@ -157,18 +163,21 @@ class Mirror:
         self._ordered &= {(alarm.id, alarm.raised_s) for alarm in alarms}
 
     def _wait(self, latched: bool, mode: Mode) -> None:
-        """A recipe waits while a latch stands, in every mode; it goes on with a mode that writes, where we held it."""
-        self._ours = self._ours or latched
+        """A recipe waits while a latch stands, in every mode; it goes on with a mode that writes, where we held it.
+
+        What goes on at the plant after the latch is nobody's of ours any more: who lets it wait then is somebody else.
+        """
         held = self._wrote if self._link.held is None else self._link.held
+        self._ours = self._ours and (latched or held is not False)
         self._hold = None
         if latched:
             self._hold = True if held is not True else None
         elif self._ours and mode.writes:
-            self._hold = False if held is not False else None
-            self._ours = held is not False
+            self._hold = False
         if not latched and held is True and not (self._ours and mode.writes):
-            self._trouble(WAITS, _STILL)
+            self._trouble(WAITS, _STILL if self._ours else _THEIRS, Priority.HIGH if self._ours else Priority.LOW)
         elif self._hold is None:
+            self._in_vain = 0
             self._trouble(WAITS, "")
 
     def _write_on(self) -> None:
@@ -176,41 +185,54 @@ class Mirror:
             with self._changed:
                 self._changed.wait_for(lambda: self._over or self._due, AGAIN_S)
                 wanted, hold, before = self._wanted, self._hold, self._listed
-            if self._over or self._link.trouble:
+            if self._over or self._link.trouble or not self._told:
                 self._rest()
                 continue
-            done = True
-            if hold is not None:
-                done = self._tried(WAITS, partial(self._link.hold, hold))
-                self._wrote = hold if done else None
+            done = hold is None or self._held(hold)
             if wanted != before and self._lists:
                 if self._tried(LISTED, partial(self._link.raise_alarm, wanted.text, wanted.seen)):
                     with self._changed:
                         self._listed, self._unseen = wanted, False
                 else:
                     done = False
-            self._rest(1.0 if done else AGAIN_S)
+            self._rest(1.0 if done else AGAIN_S, hold)
+
+    def _held(self, hold: bool) -> bool:
+        """Whether the plant took it that its recipe waits, or goes on; what is no longer wanted is not written."""
+        with self._changed:
+            if self._hold is not hold:
+                return True
+        done = self._tried(WAITS, partial(self._link.hold, hold), quietly=True)
+        with self._changed:
+            self._ours = self._ours or (hold and done)
+            self._wrote = hold if done else None
+            self._in_vain = self._in_vain + 1 if hold and done else 0
+        if done:
+            self._trouble(WAITS, _IGNORED if self._in_vain > IGNORED else "")
+        return done
 
     @property
     def _due(self) -> bool:
-        return self._hold is not None or self._wanted != self._listed
+        return self._told and (self._hold is not None or self._wanted != self._listed)
 
-    def _rest(self, seconds: float = 1.0) -> None:
-        """Write no more often than that, wall-clock [s]."""
+    def _rest(self, seconds: float = 1.0, hold: bool | None = None) -> None:
+        """Write no more often than that, wall-clock [s]; that the recipe must wait waits for nothing."""
         with self._changed:
-            self._changed.wait_for(lambda: self._over, seconds)
+            self._changed.wait_for(lambda: self._over or (self._hold is True and hold is not True), seconds)
 
-    def _tried(self, name: str, write: Callable[[], None]) -> bool:
+    def _tried(self, name: str, write: Callable[[], None], quietly: bool = False) -> bool:
+        """Whether ``write`` was taken; ``quietly``: that it was is not said yet."""
         try:
             write()
         except LinkError as refused:
             self._trouble(name, str(refused))
             return False
-        self._trouble(name, "")
+        if not quietly:
+            self._trouble(name, "")
         return True
 
-    def _trouble(self, name: str, cause: str) -> None:
+    def _trouble(self, name: str, cause: str, priority: Priority = Priority.HIGH) -> None:
         """Tell the guard of a trouble that began, and of one that is over."""
         if bool(cause) != bool(self._troubles.get(name)):
-            self._put(Trouble(name, cause) if cause else Settled(name))
+            self._put(Trouble(name, cause, priority) if cause else Settled(name))
         self._troubles[name] = cause
