@@ -193,6 +193,11 @@ class FallbackNeeded:
 Resolution: TypeAlias = Released | NoActionNeeded | FallbackNeeded
 
 
+def momentary(violated: Sequence[Finding]) -> bool:
+    """Whether nothing but circumstances refused that may be over at the next moment: the same may pass then."""
+    return circumstantial(violated) and all(f.criterion != NOT_YET for f in violated)
+
+
 def circumstantial(violated: Sequence[Finding]) -> bool:
     """Whether nothing but circumstances refused, so that neither another path nor other commands would have passed."""
     return bool(violated) and all(f.criterion in CIRCUMSTANCES for f in violated)

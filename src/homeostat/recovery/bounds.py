@@ -96,4 +96,4 @@ class RiskBounds:
     batch: int = 128
     """Rollouts after which is looked whether they suffice."""
     shared_s: float = 900.0
-    """Process time within which checks that refuse share the error [s]."""
+    """Process time within which checks that are in vain share the error [s]."""

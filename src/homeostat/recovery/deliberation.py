@@ -127,7 +127,9 @@ class Deliberation:
         """Teach the next attempt what the release check or the guard said of what was ``found``."""
         before, what = self._advice, found.admitted.probe if isinstance(found, Testing) else found
         states = () if what.path is None else what.path.commanded
-        attempt = next(a for a in reversed(before.attempts) if a.actions == what.actions)
+        attempt = next((a for a in reversed(before.attempts) if a.actions == what.actions), None)
+        if attempt is None:
+            return
         self._advice = replace(
             before,
             refused_paths=tuple(p for p in before.refused_paths if p != states),

@@ -7,6 +7,7 @@ from homeostat.agents.hypotheses import may_pass
 from homeostat.agents.roles import Agents, NoAdmissiblePlan, Situation
 from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.events.recovery import GaveUp
+from homeostat.domain.verdict import momentary
 from homeostat.recovery.alternatives import Alternatives, digest_of, told
 from homeostat.recovery.beside_fallback import BesideFallback
 from homeostat.recovery.choices import Waiting
@@ -21,6 +22,8 @@ from homeostat.recovery.taking import Taking
 
 MOST_EARLIER = 4
 """Most earlier decisions that proposers are told."""
+AGAIN = 2
+"""How often in a deliberation what circumstances alone refused is tried again before something else is [1]."""
 
 
 class Proposals:
@@ -68,7 +71,7 @@ class Proposals:
     async def _compete(self, situation: Situation, alternatives: Alternatives, end: float) -> Taken:
         """As :meth:`ask`, of a plant that stays in its state; Overtaken where it does not."""
         every = self._sessions(alternatives)
-        asked, reason = every, Exception()
+        asked, reason, again = every, Exception(), AGAIN
         while True:
             reason = await self._hear(asked, alternatives, situation, end) or reason
             if alternatives.worth_waiting and not self._every_step:
@@ -86,9 +89,12 @@ class Proposals:
                 self._decided.append(f"at {self._scene.seen_s:.0f} s {told(best)}")
                 return taken
             except Refused as refusal:
+                asked = []
+                if again and momentary(refusal.findings):  # nothing is wrong with what was proposed
+                    again -= 1
+                    continue
                 alternatives.refuse(best, str(refusal))
                 reason = NoAdmissiblePlan(f"{best.proposer}: {refusal}")
-                asked = []
                 asked = [s for s in every if s.proposer.name == best.proposer]
                 if isinstance(best, Waiting) or not asked:  # the waits of the list are nobody's, and nobody learns
                     continue

@@ -138,9 +138,9 @@ class ReleaseCheck:
     ) -> Approve | Revise:
         """The approval with its certificate, on draws that nobody has seen; a refusal where the risk is too large.
 
-        Checks that were made lately, at ``spent_s`` [s], share one error with it, the first one most of it: asking
-        again is no second chance, whatever kept the earlier ones from being released. One with whose share no draws
-        could show anything is not made, and has no share.
+        Checks that were in vain lately, at ``spent_s`` [s], share one error with it, the first one most of it: asking
+        again is no second chance, until something is written. One that passes was no chance for a later one, whatever
+        kept it from being written. One with whose share no draws could show anything is not made, and has no share.
         """
         risk, draws, violations, beside = self._risk, 0, 0, found.beside is not None
         if not risk.most:
@@ -149,14 +149,14 @@ class ReleaseCheck:
         level = 1.0 - (1.0 - risk.level) * (LATER / len(spent_s) ** 2 if spent_s else FIRST)
         if spent_s and interval(risk.most, 0, level, risk.required)[1] > risk.required:
             again_s = spent_s[0] + risk.shared_s
-            text = f"{len(spent_s)} checks within {risk.shared_s:g} s were for nothing that was written"
+            text = f"{len(spent_s)} checks within {risk.shared_s:g} s were in vain"
             text = f"{text}; nothing can be shown before {again_s:.0f} s"
             return Revise((refusal(NOT_YET, text),))
         spent_s.append(now_s)  # before anything is drawn: one that breaks down or is given up was a chance as well
-        self._certified += 1
+        self._certified = number = self._certified + 1
         worst: dict[str, Finding] = {}
         while draws < risk.most:
-            members = twin.sampled(hypotheses, risk.batch, f"{self._certified}/{draws // risk.batch}")
+            members = twin.sampled(hypotheses, risk.batch, f"{number}/{draws // risk.batch}")
             rollout = twin.roll_out(found.actions, hypotheses, found.ended, members)
             if rollout.result is not RolloutResult.COMPLETED:
                 return Revise((refusal("CHK-ROLLOUT", f"{rollout.result.value} {rollout.note}"),))
@@ -165,6 +165,7 @@ class ReleaseCheck:
             violations += int((self._counted(twin, found, hypotheses, members, rollout) | unseen.members).sum())
             low, high = interval(draws, violations, level, risk.required)
             if high <= risk.required:
+                spent_s.remove(now_s)
                 return replace(approval, certificate=Certificate(draws, violations, high, level, beside))
             judged = rollout_findings(rollout, (), self._limits.watched.hard, found.actions)
             for f in (*judged, *unseen.findings):
