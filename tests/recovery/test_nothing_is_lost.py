@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -13,8 +14,10 @@ from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import Attempted, Compared, GaveUp, NoActionTaken, ReleasedActions, ReleaseRefused
 from homeostat.domain.recovery import ActionSet, RecoveryPath
+from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Approve, Revise, RolloutResult
+from homeostat.guard.requests.permissives import refusal
 from homeostat.guard.requests.seal import Sealer
 from homeostat.recovery.release_check import Checked, ReleaseCheck
 from homeostat.recovery.releasing import Overtaken
@@ -135,6 +138,23 @@ def test_what_the_release_check_refuses_is_followed_by_the_next_best() -> None:
     assert (before.chosen, after.chosen) == (GOOD.digest, SAVING.digest)
     refused = {a.digest: a.refused for a in after.alternatives if a.proposer}
     assert refused[GOOD.digest] and refused[SAVING.digest] == refused[DEARER.digest] == ""
+
+
+@pytest.mark.parametrize(("times", "released"), [(1, GOOD), (2, GOOD), (3, SAVING)])
+def test_what_circumstances_alone_refuse_is_tried_again_before_anything_dearer(times: int, released: ActionSet) -> None:
+    done = doomed(GOOD, others=(proposer("second", ScriptedAction(SAVING)),))
+    ask, left = done.desk.ask, [times]
+
+    async def without_a_lease(request: Request, within_s: float) -> Answer:
+        answer = await ask(request, within_s)
+        if request.actions != GOOD or not left[0]:
+            return answer
+        left[0] -= 1
+        return replace(answer, status=RequestStatus.REFUSED, finding=refusal("CHK-LEASE", "the lease is over"))
+
+    done.desk.ask = without_a_lease  # type: ignore[method-assign]
+    done.run()
+    assert by(done)[-1][1] == released.digest and not done.handed_over
 
 
 def test_one_refusal_after_the_other_ends_with_the_fallback() -> None:

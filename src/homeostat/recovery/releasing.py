@@ -74,7 +74,8 @@ class Releasing:
         within_s = self._budget.person_s if scene.now.mode is Mode.APPROVE else self._budget.answer_s
         answer = await scene.ask(checked.request, within_s)
         if answer.status is RequestStatus.CONFIRMED:  # said before anything else is waited for: it may be overtaken
-            self._check.confirmed(diagnosis)
+            if found.ended is None:  # what is held for a while or tried says nothing of what is released for good
+                self._check.confirmed(diagnosis)
             certified = checked.verdict.certificate if isinstance(checked.verdict, Approve) else None
             scene.record(ReleasedActions.of(proposer, actions, margin, certified, found.for_s), answer.at_s)
         await scene.look()
