@@ -31,20 +31,14 @@ def test_an_onset_before_the_means_are_known_is_told(tmp_path: Path) -> None:
     (told,) = tanks(tmp_path, "onset_s = 900.0")
     assert told.severity is Severity.WARNING and told.where.file == "case.toml" and told.where.row == 7
     assert "begins at 900 s" in told.what and "after 1100 s at the earliest" in told.what
-    assert "(settle_s = 500, centre_s = 600)" in told.what and "let it begin after 1130 s" in told.remedy
-
-
-@pytest.mark.parametrize("onset_s", [980, 1100, 1129])
-def test_a_part_of_the_stretch_is_not_enough_and_a_moment_may_put_it_off(onset_s: int, tmp_path: Path) -> None:
-    (told,) = tanks(tmp_path, f"onset_s = {onset_s}.0")
-    assert f"begins at {onset_s} s" in told.what
+    assert "(settle_s = 500, centre_s = 600)" in told.what and "let it begin after 1100 s" in told.remedy
 
 
 @pytest.mark.parametrize(
     "after",
     [
         ONSET,
-        "onset_s = 1130.0",
+        "onset_s = 1100.0",
         "onset_s = 900.0\n[monitoring]\nsettle_s = 200.0",
         "onset_s = 900.0\n[monitoring]\ncentre_s = 100000.0",
     ],

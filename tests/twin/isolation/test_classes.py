@@ -56,26 +56,6 @@ def test_where_nothing_fits_something_else_is_as_likely_as_not() -> None:
     assert other(found) == 0.5 and with_a_twin(found) == found
 
 
-@pytest.mark.parametrize(("behind", "said"), [(0.1, True), (2.0, True), (5.0, False)])
-def test_of_two_faults_of_one_item_the_other_stands_beside_where_it_explains_about_as_well(
-    behind: float, said: bool
-) -> None:
-    """What is done about a valve that is stuck closed is wrong about one that is stuck open."""
-    found = hypotheses([scored("cool_stuck_closed", 0.0), scored("cool_stuck_open", -behind)], -50.0, MODES)
-    assert found[0].name == "cool_stuck_closed"
-    assert ("cool_stuck_open" in {h.name for h in found}) is said
-    assert sum(h.probability for h in found) == pytest.approx(1.0)
-
-
-def test_one_item_is_as_sure_as_before_however_many_names_it_has() -> None:
-    one = hypotheses([scored("cool_stuck_closed", 0.0), scored("fouling", -1.0)], -50.0, MODES)
-    two = hypotheses(
-        [scored("cool_stuck_closed", 0.0), scored("cool_stuck_open", -0.5), scored("fouling", -1.0)], -50.0, MODES
-    )
-    of_the_valve = [sum(h.probability for h in found if h.name.startswith("cool_stuck")) for found in (one, two)]
-    assert of_the_valve[1] == pytest.approx(of_the_valve[0])
-
-
 def test_a_bound_of_a_size_is_not_lost_to_the_last_bit() -> None:
     """It is as much worse as a bound may be, but for what comes of adding and dividing."""
     best = scored("fouling", 0.3)

@@ -20,8 +20,6 @@ NAMED_NATS = 8.0
 """A named cause may be this much worse than the best explanation of its class, which is free to be anything [nats]."""
 LEAST_PROBABILITY = 0.02
 """Classes below this are dropped."""
-RIVAL_NATS = 3.0
-"""Names of the tables that explain this much worse than the one that stands for their class are beside it [nats]."""
 SPREAD_NATS = 1.5
 """Explanations this much worse than the best bound its size at about two standard deviations [nats]."""
 ROUNDED = 1e-9
@@ -104,12 +102,12 @@ def _representative(group: Sequence[Scored], modes: Mapping[str, FaultMode]) -> 
 def _rivals(group: Sequence[Scored], modes: Mapping[str, FaultMode], share: float) -> Sequence[tuple[Scored, float]]:
     """The explanations that stand for a class of probability ``share``, with the part of it that each has.
 
-    Beside it stand other names of the tables that explain about as well, as what is done about one may be wrong about
-    the other: a pipe that is clogged and one that leaks are one item. Beside a name that the tables give to what was
-    unknown stand all the others that the tables have, and the best of what has no name where that disturbs something
-    else. None of them is more than the one that it is.
+    It is one, but for a name that the tables give to what was unknown: others that the tables have stand beside it, and
+    the best of what has no name where that disturbs something else. None of them is more than the one that it is.
     """
     best = _representative(group, modes)
+    if not any(has_name(s.faults, modes) for s in group):
+        return ((best, 1.0),)
     by_name: dict[frozenset[str], Scored] = {}
     for each in sorted(group, key=_score):
         by_name[_name(each)] = each
@@ -119,9 +117,7 @@ def _rivals(group: Sequence[Scored], modes: Mapping[str, FaultMode], share: floa
     said = {what_of(s.faults, modes) for s in named}
     nameless = [s for s in by_name.values() if s not in listed and what_of(s.faults, modes) not in said]
     beside = [*listed, max(nameless, key=_score, default=best)] if best in named else named
-    near = [s for s in listed if s not in beside and s.score >= best.score - RIVAL_NATS]
     rivals = [best, *(s for s in beside if s is not best and s.score >= best.score - NAMED_NATS)]
-    rivals += [s for s in near if s is not best]
     weights = np.exp([min(s.score - best.score, 0.0) for s in rivals])
     weights[1:][share * weights[1:] < LEAST_PROBABILITY * weights.sum()] = 0.0
     parts = (weights / weights.sum()).tolist()
