@@ -28,7 +28,6 @@ KEPT = 64
 """How many of a symptom's last times are remembered [1]."""
 SAME = 0.1
 """Share of its range by which a command may differ from another that is about the same [1]."""
-
 UNREAD = 10.0
 """For how many ticks its feature may be unknown while a symptom stands [1]."""
 STILL = 1e-6

@@ -216,7 +216,7 @@ class ReleaseRefused:
 
 @dataclass(frozen=True, slots=True)
 class NoActionTaken:
-    """The plant meets every criterion without action, so none was taken."""
+    """The plant is left as it is: it meets every criterion, acting costs more, or what is seen goes by itself."""
 
     kind: ClassVar[str] = "no-action"
     state: str
