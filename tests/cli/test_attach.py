@@ -77,12 +77,16 @@ def test_who_signed_the_configuration_decides_whether_the_plant_is_commanded(
         assert homeostat("plant", "keygen", name, cwd=folder).status == 0
     whose = "--key", "mine", "--person", "Ada", "--reason", "review 7", "--out", "cstr.sig"
     assert homeostat("plant", "sign", "cstr", *whose, cwd=folder).status == 0
+    over = *whose[:-1], "both.sig", "--link", "cstr.toml"
+    done = homeostat("plant", "sign", "cstr", *over, cwd=folder)
+    assert done.status == 0 and "and the mapping" in done.out
     known = "attach", "cstr", "--link", "cstr.toml", "--dir", "d", "--pki", "pki"
     for options, told, commands in (
         ((), "UNSIGNED", False),
         (("--signed-by", "mine.pub"), "UNSIGNED", False),
-        (("--signature", "cstr.sig", "--signed-by", "theirs.pub"), "not trusted here", False),
-        (("--signature", "cstr.sig", "--signed-by", "theirs.pub", "--signed-by", "mine.pub"), "", True),
+        (("--signature", "both.sig", "--signed-by", "theirs.pub"), "not trusted here", False),
+        (("--signature", "cstr.sig", "--signed-by", "mine.pub"), "signed no mapping", False),
+        (("--signature", "both.sig", "--signed-by", "theirs.pub", "--signed-by", "mine.pub"), "", True),
         (("--unsigned",), "UNSIGNED", True),
     ):
         done = homeostat(*known, *options, cwd=folder)
@@ -91,6 +95,16 @@ def test_who_signed_the_configuration_decides_whether_the_plant_is_commanded(
         assert (attaching.security.refusal == "") is commands and attaching.security.encrypted
         (signed,) = (str(setting.value) for setting in attaching.settings if setting.name == "signed")
         assert ("Ada" in signed) is (told == "")
+    check = "plant", "verify", "cstr", "--key", "mine.pub", "--signature", "both.sig"
+    assert homeostat(*check, "--link", "cstr.toml", cwd=folder).status == 0
+    text = (folder / "cstr.toml").read_text("utf-8")
+    (folder / "cstr.toml").write_text(f"# looked through\n{text}", encoding="utf-8")
+    assert homeostat(*check, "--link", "cstr.toml", cwd=folder).status == 0, "it states the same"
+    (folder / "cstr.toml").write_text(text.replace("s=T1", "s=T2"), encoding="utf-8")
+    done = homeostat(*known, "--signature", "both.sig", "--signed-by", "mine.pub", cwd=folder)
+    assert "signed another mapping" in done.err and began.pop().security.refusal
+    assert homeostat(*check, "--link", "cstr.toml", cwd=folder).status == 1
+    assert homeostat(*check, cwd=folder).status == 0, "the configuration is as it was"
     refused(homeostat(*known, "--signature", "none.sig", cwd=folder), "none.sig")
     refused(homeostat(*known, "--signed-by", "no key", cwd=folder), "no key")
 

@@ -155,7 +155,7 @@ def test_a_run_goes_on_where_it_was_left(tmp_path: Path) -> None:
         file.write(b'{"seq":7,"prev":"torn')
     journal = Journal.resume(tmp_path, OWN)
     (resumed,) = [r for r in read_events(tmp_path) if r.kind == "resumed"]
-    assert dict(resumed.fields) == {"lines": 6, "signed": 6, "torn": True}
+    assert dict(resumed.fields) == {"lines": 6, "signed": 6, "torn": True, "changed": []}
     journal.record(Measured("T1", 1.0), 0.5)
     journal.close(Summary(7, "released"))
     report = verify(tmp_path, {OWN.public})
@@ -171,7 +171,10 @@ def test_what_was_not_signed_when_a_run_goes_on_is_told(tmp_path: Path) -> None:
     Journal.resume(tmp_path).record(Measured("T1", 9.0), 1.5)
     Journal.resume(tmp_path, OWN)
     found = [dict(r.fields) for r in read_events(tmp_path) if r.kind == "resumed"]
-    assert found == [{"lines": 6, "signed": 0, "torn": False}, {"lines": 8, "signed": 6, "torn": False}]
+    assert found == [
+        {"lines": 6, "signed": 0, "torn": False, "changed": []},
+        {"lines": 8, "signed": 6, "torn": False, "changed": []},
+    ]
 
 
 def test_a_journal_that_was_forged_is_not_gone_on_with(run: Path) -> None:

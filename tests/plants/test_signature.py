@@ -60,6 +60,19 @@ def test_any_file_is_a_signature_or_not(tmp_path_factory: pytest.TempPathFactory
     assert "is no signature" in str(check_signature(folder, DIGEST, {KEY.public}))
 
 
+def test_a_signature_names_its_mapping_or_none(tmp_path: Path) -> None:
+    put(tmp_path)
+    assert "signed no mapping" in str(check_signature(tmp_path, DIGEST, {KEY.public}, link=DIGEST))
+    both = sign("cstr", DIGEST, "E. Engineer", "review 12", KEY, link=DIGEST)
+    (tmp_path / SIGNATURE).write_text(both.model_dump_json())
+    assert check_signature(tmp_path, DIGEST, {KEY.public}) is None
+    assert check_signature(tmp_path, DIGEST, {KEY.public}, link=DIGEST) is None
+    assert "signed another mapping" in str(check_signature(tmp_path, DIGEST, {KEY.public}, link=DIGEST[::-1]))
+    for link in (None, DIGEST[::-1]):
+        (tmp_path / SIGNATURE).write_text(both.model_copy(update={"link": link}).model_dump_json())
+        assert "was altered" in str(check_signature(tmp_path, DIGEST, {KEY.public})), link
+
+
 def test_an_empty_name_or_reason_signs_nothing() -> None:
     for person, reason in (("", "why"), ("who", " "), ("x" * 201, "why")):
         with pytest.raises(ValueError):

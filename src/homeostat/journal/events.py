@@ -115,6 +115,8 @@ class Resumed:
     """How many of them, from the first, the key signs that signs what follows; 0 without a key."""
     torn: bool
     """Whether a torn line was taken away."""
+    changed: tuple[Setting, ...] = ()
+    """What was chosen or installed that the lines before state otherwise, or do not state."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from typing import Self, final
 from homeostat.journal.beside.files import JOURNAL, MANIFEST
 from homeostat.journal.beside.manifest import Manifest, Summary, manifest_of, write_manifest
 from homeostat.journal.chain import GENESIS, Chain, digest
-from homeostat.journal.events import Event, Resumed, Subscriber
+from homeostat.journal.events import Event, Resumed, Setting, Subscriber
 from homeostat.journal.listeners import Listeners
 from homeostat.journal.reading import BrokenChain, scan
 from homeostat.journal.signing.keys import SigningKey
@@ -43,10 +43,11 @@ class Journal:
         self._set_up(Chain(), 0, key)
 
     @classmethod
-    def resume(cls, directory: Path | str, key: SigningKey | None = None) -> Self:
+    def resume(cls, directory: Path | str, key: SigningKey | None = None, changed: tuple[Setting, ...] = ()) -> Self:
         """Go on with the run in ``directory``, which was left before it was closed; a torn last line is taken away.
 
-        The first new line is a `Resumed`, which says how much of what was found is signed by ``key``. Raises
+        The first new line is a `Resumed`, which says how much of what was found is signed by ``key``, and what has
+        ``changed`` since. Raises
         FileNotFoundError where there is no run, FileExistsError where it was closed, BrokenChain where its journal is
         not what was written or carries a signature that is not of its lines.
         """
@@ -64,7 +65,7 @@ class Journal:
         journal._file = os.open(path, os.O_WRONLY | os.O_APPEND)
         journal._set_up(Chain(count, last, at_s), size, key)
         journal._torn = torn = path.stat().st_size > size
-        journal.record(Resumed(count, signatures.trusted, torn), at_s if count else 0.0)
+        journal.record(Resumed(count, signatures.trusted, torn, changed), at_s if count else 0.0)
         return journal
 
     def record(self, event: Event, at_s: float) -> None:

@@ -13,7 +13,7 @@ from homeostat.domain.snapshot import Trajectory
 from homeostat.journal import Followed, Journal, Manifest, StoredFile, Summary
 from homeostat.journal.beside.artifacts import write_parquet
 from homeostat.journal.beside.files import JOURNAL, MANIFEST, describe, write_whole
-from homeostat.journal.events import Event
+from homeostat.journal.events import Event, Setting
 from homeostat.journal.signing.keys import KeyTrouble, SigningKey, installation_key
 from homeostat.record.texts import Texts
 
@@ -78,15 +78,15 @@ class RunDirectory:
         self._set_up(path)
 
     @classmethod
-    def resume(cls, path: Path) -> Self:
-        """Go on with the run in ``path``, which was killed.
+    def resume(cls, path: Path, changed: tuple[Setting, ...] = ()) -> Self:
+        """Go on with the run in ``path``, which was killed; ``changed``: what was chosen otherwise since.
 
         Raises RunDirectoryError where it still goes on, and as :meth:`homeostat.journal.Journal.resume`.
         """
         directory = cls.__new__(cls)
         directory._lock = _held(path)
         key, directory.unsigned = _key()
-        directory.journal = Journal.resume(path, key)
+        directory.journal = Journal.resume(path, key, changed)
         directory._set_up(path)
         return directory
 

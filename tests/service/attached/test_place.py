@@ -8,8 +8,18 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.journal import Journal, RunStarted, Setting, Summary
-from homeostat.service.attached.place import AttachError, begins, first_event, hold, open_again, refuse_unfit
+from homeostat.journal import Journal, Resumed, RunStarted, Setting, Summary
+from homeostat.record.decode import decode
+from homeostat.service.attached.place import (
+    AttachError,
+    begins,
+    changed,
+    first_event,
+    hold,
+    open_again,
+    past,
+    refuse_unfit,
+)
 
 CHOSEN = (Setting("configuration", "c" * 64), Setting("pace", 1.0))
 
@@ -53,6 +63,23 @@ def test_the_same_plant_may_go_on(tmp_path: Path) -> None:
     refuse_unfit(tmp_path, "tank", "c" * 64)
     open_again(tmp_path)
     Journal.resume(tmp_path).__exit__(None, None, None)
+
+
+def test_what_has_changed_since_is_in_the_line_with_which_it_goes_on(tmp_path: Path) -> None:
+    attached(tmp_path)
+    signed, faster = Setting("signed", "signed by 'Ada'"), Setting("pace", 2.0)
+    assert changed(past(tmp_path), CHOSEN) == ()
+    for stated, expected in (
+        ((*CHOSEN, signed), (signed,)),
+        ((CHOSEN[0], faster, signed), (faster,)),
+        (CHOSEN, (CHOSEN[1],)),
+    ):
+        found = changed(past(tmp_path), stated)
+        assert found == expected
+        open_again(tmp_path)
+        Journal.resume(tmp_path, changed=found).__exit__(None, None, None)
+    last = past(tmp_path)[-1]
+    assert last.kind == Resumed.kind and decode(last) == Resumed(3, 0, False, (CHOSEN[1],))
 
 
 @pytest.mark.parametrize(("plant", "configuration"), [("tank", "d" * 64), ("cstr", "c" * 64)])

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 TICKS = 2.0
 """Fewest samples that a connection must have missed before it is dead."""
-REMEDY = "sign it ('homeostat plant sign') and name the key with --signed-by, or say --unsigned"
-"""What is to be done about a configuration that nobody vouches for."""
+REMEDY = "sign both ('homeostat plant sign --link') and name the key with --signed-by, or say --unsigned"
+"""What is to be done about a configuration and a mapping that nobody vouches for."""
 CALL_S = 0.5
 """Longest wait for a control system to take a write or a heartbeat, wall-clock [s]."""
 
@@ -55,8 +55,6 @@ def tell(text: str) -> None:
 
 def _attaching(options: argparse.Namespace) -> Attaching:
     """Everything that the two processes begin with, read and checked."""
-    import hashlib
-
     from homeostat.evaluate.recorded.plant import place
     from homeostat.guard.requests.seal import new_key
     from homeostat.guard.settings import GuardSettings
@@ -80,16 +78,17 @@ def _attaching(options: argparse.Namespace) -> Attaching:
     rules, groups = rules_of(plant), _groups(options)
     Translation(mapping, rules)  # refused where mapping and plant contradict each other
     history, believed = _history(options), _believed(options.console_login)
-    security = replace(security, withheld=_withheld(plant, options))
+    objection = _objection(plant, options, mapping.digest)
+    security = replace(security, withheld=_withheld(objection, options.unsigned))
     if not security.encrypted:
         tell("INSECURE: nothing is encrypted, nobody is checked, nothing can be written")
     settings = (
         Setting("configuration", plant.configuration),
         *place(plant.files.folder),
-        Setting("link", hashlib.sha256(options.link.read_bytes()).hexdigest()),
+        Setting("link", mapping.digest),
         Setting("pace", options.pace),
         Setting("persons", options.persons),
-        Setting("signed", _signer(plant, options)),
+        Setting("signed", "" if objection else _signer(plant, options)),
     )
     return Attaching(
         rules=rules,
@@ -106,36 +105,33 @@ def _attaching(options: argparse.Namespace) -> Attaching:
     )
 
 
-def _withheld(plant: DescribedPlant, options: argparse.Namespace) -> str:
-    """Why a plant of this configuration is not commanded, which is told loudly; empty where it may be."""
-    reason = _objection(plant, options)
-    if reason is None:
+def _withheld(objection: str | None, unsigned: bool) -> str:
+    """Why the plant is not commanded where there is an ``objection``, which is told loudly; empty where it may be."""
+    if objection is None:
         return ""
-    if options.unsigned:
-        tell(f"UNSIGNED: {reason}; --unsigned lets it be commanded all the same, as for a simulated plant")
+    if unsigned:
+        tell(f"UNSIGNED: {objection}; --unsigned lets it be commanded all the same, as for a simulated plant")
         return ""
-    tell(f"UNSIGNED: {reason}; nothing is commanded: no mode beyond advise. To change that, {REMEDY}")
-    return f"the plant's configuration is not signed by a key that is trusted here, so nothing is commanded; {REMEDY}"
+    tell(f"UNSIGNED: {objection}; nothing is commanded: no mode beyond advise. To change that, {REMEDY}")
+    return f"the configuration is not signed with this mapping by a trusted key, so nothing is commanded; {REMEDY}"
 
 
 def _signer(plant: DescribedPlant, options: argparse.Namespace) -> str:
-    """Who signed the configuration; empty where nobody did whose key is trusted here."""
+    """Who signed the configuration."""
     from homeostat.plants.files.signature import signer
 
-    if _objection(plant, options) is not None:
-        return ""
     return signer(plant.files.folder, plant.configuration, options.signature)
 
 
-def _objection(plant: DescribedPlant, options: argparse.Namespace) -> str | None:
-    """Why nobody trusted vouches for the configuration of ``plant``; None where somebody does."""
+def _objection(plant: DescribedPlant, options: argparse.Namespace, mapping: str) -> str | None:
+    """Why nobody trusted vouches for the configuration of ``plant`` with this ``mapping``; None where somebody does."""
     from homeostat.journal.signing.keys import read_public
     from homeostat.plants.files.signature import check_signature
 
     if options.signature is not None:
         options.signature.open("rb").close()  # one that was named and is not there is a mistake in the command
     trusted = [read_public(key) for key in options.signed_by]
-    return check_signature(plant.files.folder, plant.configuration, trusted, options.signature)
+    return check_signature(plant.files.folder, plant.configuration, trusted, options.signature, mapping)
 
 
 def _history(options: argparse.Namespace) -> Path | None:

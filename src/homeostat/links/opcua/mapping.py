@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -156,6 +158,12 @@ class LinkMapping(_Table):
     """The handshake."""
     tags: dict[str, TagNodes]
     """Tag -> its nodes."""
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over everything that it states; in which order and how its file writes that does not matter."""
+        stated = json.dumps(self.model_dump(exclude_unset=True), sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(stated.encode("ascii")).hexdigest()
 
     def readable(self) -> dict[str, bool]:
         """Address of every node that is read -> whether it is polled."""

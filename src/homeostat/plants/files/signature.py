@@ -1,4 +1,7 @@
-"""An engineer's signature under a plant's configuration: whose key vouches for exactly these tables and settings."""
+"""An engineer's signature under a plant's configuration: whose key vouches for exactly these tables and settings.
+
+It may name the mapping of a link as well, over which this configuration, and no other, may command the plant.
+"""
 
 import json
 from collections.abc import Collection
@@ -35,13 +38,15 @@ class Signature(BaseModel):
     """Why, for example the number of the review."""
     key: Digest
     """Public Ed25519 key, in hexadecimal."""
+    link: Digest | None = None
+    """Digest of the mapping of a link; None where none was signed with it."""
     signature: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{128}$")] = "0" * 128
     """Signature over all the rest, in hexadecimal."""
 
     @property
     def message(self) -> bytes:
         """What is signed."""
-        content = self.model_dump(exclude={"signature"})
+        content = self.model_dump(exclude={"signature"}, exclude_none=True)  # as it was before mappings were signed
         return _PURPOSE + json.dumps(content, sort_keys=True, separators=(",", ":")).encode("ascii")
 
     @property
@@ -50,25 +55,38 @@ class Signature(BaseModel):
         return vouches(self.key, self.message, self.signature)
 
 
-def sign(plant: str, digest: str, person: str, reason: str, key: SigningKey) -> Signature:
-    """A signature under ``digest``; ValueError where ``person`` or ``reason`` does not have 1 to 200 characters."""
-    plain = Signature(
-        plant=plant, digest=digest, person=quoted(person, 1000), reason=quoted(reason, 1000), key=key.public
-    )
+def sign(plant: str, digest: str, person: str, reason: str, key: SigningKey, link: str | None = None) -> Signature:
+    """A signature under ``digest`` and, where there is one, the digest ``link`` of a mapping.
+
+    ValueError where ``person`` or ``reason`` does not have 1 to 200 characters.
+    """
+    who, why = quoted(person, 1000), quoted(reason, 1000)
+    plain = Signature(plant=plant, digest=digest, person=who, reason=why, key=key.public, link=link)
     return plain.model_copy(update={"signature": key.sign(plain.message)})
 
 
 def check_signature(
-    plant_folder: Path, digest: str, trusted_keys: Collection[str], file: Path | None = None
+    plant_folder: Path,
+    digest: str,
+    trusted_keys: Collection[str],
+    file: Path | None = None,
+    link: str | None = None,
 ) -> str | None:
     """Why nobody trusted vouches for the configuration ``digest``, in one line; None where somebody does.
 
-    The signature is ``plant.sig`` in ``plant_folder``, or ``file``; ``trusted_keys`` are public keys in hexadecimal.
+    The signature is ``plant.sig`` in ``plant_folder``, or ``file``; ``trusted_keys`` are public keys in hexadecimal;
+    ``link``: digest of the mapping that must have been signed with it, if one must.
     """
     found = _signature(file or plant_folder / SIGNATURE, digest)
     if isinstance(found, str):
         return found
-    return None if found.key in trusted_keys else f"the signature is by {_who(found)}, a key that is not trusted here"
+    if found.key not in trusted_keys:
+        return f"the signature is by {_who(found)}, a key that is not trusted here"
+    if link is None or found.link == link:
+        return None
+    if found.link is None:
+        return f"{_who(found)} signed no mapping with the configuration; sign both: 'homeostat plant sign' with --link"
+    return f"{_who(found)} signed another mapping, {found.link[:16]}...; this one is {link[:16]}..."
 
 
 def signer(plant_folder: Path, digest: str, file: Path | None = None) -> str:

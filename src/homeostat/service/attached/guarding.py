@@ -31,7 +31,7 @@ from homeostat.plants.wired.guarding import ISSUER
 from homeostat.record.directory import RunDirectory
 from homeostat.recovery.exchange.reading import Reader
 from homeostat.service.attached.mirroring import Mirror
-from homeostat.service.attached.place import HISTORY, THINKING, first_event, open_again, past
+from homeostat.service.attached.place import HISTORY, THINKING, changed, first_event, open_again, past
 from homeostat.service.attached.source import SLACK_S, Onward
 from homeostat.service.attached.standing import Standing
 from homeostat.service.attached.status import StatusBoard
@@ -135,13 +135,12 @@ def _refused(trouble: Exception) -> int:
 
 def _opened(attaching: Attaching) -> tuple[RunDirectory, tuple[Record, ...]]:
     """The journal, begun or gone on with, and what it held."""
-    path = attaching.directory
+    path, versions = attaching.directory, (Setting("python", sys.version.split()[0]),)
     if (path / JOURNAL).exists():
         records = past(path)
         open_again(path)
-        return RunDirectory.resume(path), records
+        return RunDirectory.resume(path, changed(records, (*attaching.settings, *versions))), records
     directory = RunDirectory(path)
-    versions = (Setting("python", sys.version.split()[0]),)
     started = datetime.now().astimezone().isoformat(timespec="milliseconds")
     directory.record(first_event(attaching.rules.plant, attaching.settings, started, versions), 0.0)
     return directory, ()

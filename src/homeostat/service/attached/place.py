@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from homeostat.domain.mode import Role
-from homeostat.journal import Record, RunStarted, Setting, read_events
+from homeostat.journal import Record, Resumed, RunStarted, Setting, read_events
 from homeostat.journal.beside.files import JOURNAL, MANIFEST
 from homeostat.journal.reading import parse
 from homeostat.links.errors import LinkError
@@ -106,6 +106,19 @@ def refuse_unfit(directory: Path, plant: str, configuration: str) -> None:
 def first_event(plant: str, chosen: Sequence[Setting], wall_started: str, versions: Sequence[Setting]) -> RunStarted:
     """The first event of an attached plant's journal; ``chosen``: what it is attached with."""
     return RunStarted(plant, (), 1, (Setting(ATTACHED, True), *chosen), tuple(versions), wall_started)
+
+
+def changed(records: Sequence[Record], stated: Sequence[Setting]) -> tuple[Setting, ...]:
+    """Those of ``stated`` that the journal of ``records`` does not state, or stated otherwise when it last did."""
+    from homeostat.record.decode import decode
+
+    before: dict[str, str | float | bool] = {}
+    for event in (decode(record) for record in records if record.kind in (RunStarted.kind, Resumed.kind)):
+        if isinstance(event, RunStarted):
+            before |= event.settings | {version.name: version.value for version in event.versions}
+        elif isinstance(event, Resumed):
+            before |= {setting.name: setting.value for setting in event.changed}
+    return tuple(setting for setting in stated if before.get(setting.name) != setting.value)
 
 
 def open_again(directory: Path) -> None:

@@ -29,10 +29,12 @@ def sign(options: argparse.Namespace) -> int:
             raise UsageError(f"--{option} must have 1 to 200 characters")
     key = SigningKey(read_private(options.key))
     plant = load_plant(options.case)
-    signature = signed(plant.name, plant.configuration, options.person, options.reason, key)
+    link = _mapping(options)
+    signature = signed(plant.name, plant.configuration, options.person, options.reason, key, link)
     path = options.out or plant.files.folder / SIGNATURE
     write_whole(path, f"{signature.model_dump_json(indent=1)}\n".encode())
-    print(f"{path}: {plant.name} {plant.configuration} signed by {signature.person}")
+    over = "" if link is None else f", and the mapping {link}"
+    print(f"{path}: {plant.name} {plant.configuration}{over} signed by {signature.person}")
     return 0
 
 
@@ -42,6 +44,15 @@ def verify(options: argparse.Namespace) -> int:
     if options.signature is not None:
         options.signature.open("rb").close()  # one that was named and is not there is a mistake in the command
     plant = load_plant(options.case, kept=False)
-    reason = check_signature(plant.files.folder, plant.configuration, trusted, options.signature)
+    reason = check_signature(plant.files.folder, plant.configuration, trusted, options.signature, _mapping(options))
     print(f"{plant.name} {plant.configuration}: {reason or 'signed by a trusted key'}")
     return 0 if reason is None else 1
+
+
+def _mapping(options: argparse.Namespace) -> str | None:
+    """Digest of the mapping that was named, which is one; None where none was."""
+    if options.link is None:
+        return None
+    from homeostat.links.opcua.mapping import read_mapping
+
+    return read_mapping(options.link).digest
