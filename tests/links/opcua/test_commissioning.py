@@ -25,7 +25,7 @@ def drafted(served: Served, plant: bool = True) -> Draft:
 
     async def browse() -> Draft:
         async with connected(url, Security(served.pki)) as client:
-            return draft(url, await variables(client), RULES if plant else None)
+            return draft(url, await variables(client), RULES if plant else None, await client.get_namespace_array())
 
     return asyncio.run(browse())
 
@@ -49,7 +49,26 @@ def test_a_draft_of_a_served_plant_is_its_mapping_and_the_check_finds_nothing(se
         found = content["tags"][tag]
         assert found["node"] == nodes["node"] and found["unit"] == RULES.tags[tag].unit
         assert found.get("write", {}).items() >= nodes.get("write", {}).items()
+    assert list(content["connection"]["namespaces"]) == ["2"], "the only one that is used"
     assert all(not line.problems for line in checked(served, content).values())
+
+
+def test_namespaces_are_compared_by_what_they_are_and_not_by_their_numbers(served: Served) -> None:
+    (uri,) = tomllib.loads(drafted(served).text)["connection"]["namespaces"].values()
+    content = tank_content(served.port)
+    (problem,) = checked(served, content)["connection.namespaces"].problems
+    assert "is not stated" in problem and f'2 = "{uri}"' in problem
+    for stated, told in (({"2": "urn:other"}, f"'{uri}' there"), ({"2": uri, "9": "urn:nine"}, "no such namespace")):
+        content["connection"]["namespaces"] = stated
+        (problem,) = checked(served, content)["connection.namespaces"].problems
+        assert told in problem
+        refused_for = pytest.raises(LinkError, match="addresses would be of other nodes")
+        with served.open(namespaces=stated) as link, refused_for:
+            link.wait(5.0)
+    with pytest.raises(LinkError, match="addresses have ns=2, which is not stated there"):
+        mapping_of(content | {"connection": content["connection"] | {"namespaces": {"3": "urn:three"}}}, "tank")
+    with served.link(namespaces={"2": uri}) as link:
+        assert not link.trouble
 
 
 def test_a_draft_without_a_plant_has_every_number(served: Served) -> None:

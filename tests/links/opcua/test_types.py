@@ -46,7 +46,7 @@ def content(url: str) -> dict[str, Any]:
     cooling = {"node": node("cool.target"), "mode": node("cool.mode"), "ramp": "plant"}
     guard = {"counter": "Counter", "lease": "Lease", "heartbeat": "Beat", "hold": "Hold", "alarm": "Alarm"}
     return {
-        "connection": {"url": url, "publish_s": 0.1},
+        "connection": {"url": url, "publish_s": 0.1, "namespaces": {"2": "urn:foreign"}},
         "guard": {key: node(name) for key, name in guard.items()},
         "tags": {
             "L": {"node": node("L")},

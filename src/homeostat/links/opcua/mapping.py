@@ -6,6 +6,7 @@ import hashlib
 import json
 import re
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Final, Literal, TypeAlias
 
@@ -72,6 +73,9 @@ class Connection(_Table):
     """Longest wait before a new connection, wall-clock [s]."""
     clock_s: Annotated[float, Gt(0.0), Le(86_400.0)] = 2.0
     """Largest difference between the server's clock and ours with which anything is written [s]."""
+    namespaces: dict[Annotated[int, Ge(1), Le(65_535)], Annotated[str, Field(min_length=1, max_length=400)]] = {}
+    """Number of a namespace in the addresses -> its URI, which the server must have there; nothing is checked where
+    there is none."""
 
 
 class Handshake(_Table):
@@ -178,6 +182,15 @@ class LinkMapping(_Table):
                         found.setdefault(node, tag.polled)
         return found
 
+    @property
+    def numbers(self) -> set[int]:
+        """Number of every namespace that an address has, but for that of the standard."""
+        addresses = {a for a in (*self.readable(), *self.written(), *self._requested()) if a.startswith("ns=")}
+        return {number for a in addresses if (number := int(a[3 : a.index(";")]))}
+
+    def _requested(self) -> Iterator[str]:
+        return (tag.write.requested for tag in self.tags.values() if tag.write and tag.write.requested)
+
     def written(self) -> frozenset[str]:
         """Address of every node that is written."""
         guard = self.guard
@@ -212,6 +225,9 @@ def mapping_of(content: object, name: str) -> LinkMapping:
     for tag, nodes in mapping.tags.items():
         if nodes.write is not None and (problem := _contradiction(nodes.write)):
             raise LinkError(f"{name}: tags.{tag}.write: {problem}")
+    stated = mapping.connection.namespaces
+    if stated and (unknown := mapping.numbers - stated.keys()):
+        raise LinkError(f"{name}: connection.namespaces: addresses have ns={min(unknown)}, which is not stated there")
     return mapping
 
 

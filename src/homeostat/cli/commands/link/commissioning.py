@@ -19,7 +19,8 @@ from homeostat.plants.wired.assembly import guard_rules
 def draft(options: argparse.Namespace) -> int:
     """Browse a server and write a mapping; 0, or 1 where tags of the plant have no node."""
     need_opcua()
-    from homeostat.links.opcua.commissioning.browse import ServerNode, connected, variables
+    from homeostat.links.opcua.commissioning.browse import connected, variables
+    from homeostat.links.opcua.commissioning.draft import Draft
     from homeostat.links.opcua.commissioning.draft import draft as drafted
 
     if options.out.exists() and not options.force:
@@ -27,11 +28,11 @@ def draft(options: argparse.Namespace) -> int:
     rules = None if options.plant is None else guard_rules(load_plant(options.plant, learned=False))
     security = _security(options)
 
-    async def browse() -> list[ServerNode]:
+    async def browse() -> Draft:
         async with connected(options.url, security) as client:
-            return await variables(client)
+            return drafted(options.url, await variables(client), rules, await client.get_namespace_array())
 
-    made = drafted(options.url, asyncio.run(browse()), rules)
+    made = asyncio.run(browse())
     write_whole(options.out, made.text.encode())
     for tag in made.missing:
         print(printable(f"{tag}: no node was found"))

@@ -10,6 +10,7 @@ from asyncua.client.client import Client
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.links.errors import LinkError
 from homeostat.links.opcua.commissioning.browse import ServerNode, described
+from homeostat.links.opcua.connection.session import refuse_other_namespaces
 from homeostat.links.opcua.mapping import LinkMapping, TagNodes, Writing
 from homeostat.links.opcua.writing.kinds import FRACTIONS, NUMBERS, TEXTS, WHOLE, fits
 from homeostat.links.opcua.writing.writes import Translation
@@ -54,7 +55,8 @@ async def check(client: Client, mapping: LinkMapping, rules: GuardRules) -> list
     handshake = {name: node for name, node in mapping.guard.model_dump().items() if node is not None}
     wanted = list(dict.fromkeys((*handshake.values(), *_addresses(mapping))))
     nodes = dict(zip(wanted, await described(client, wanted), strict=True))
-    lines = [_of_handshake(name, nodes[node]) for name, node in handshake.items()]
+    lines = [_of_namespaces(mapping, await client.get_namespace_array())]
+    lines += [_of_handshake(name, nodes[node]) for name, node in handshake.items()]
     lines += [
         Checked(f"guard.{name}", (f"is not stated, so {lost}",), "")
         for name, lost in (
@@ -71,6 +73,20 @@ async def check(client: Client, mapping: LinkMapping, rules: GuardRules) -> list
             why = "a hard limit reads it" if tag in watched else "the plant's tables command it"
             lines.append(Checked(tag, (f"has no node, and {why}",) if needed else (), "has no node, and is not read"))
     return lines
+
+
+def _of_namespaces(mapping: LinkMapping, found: list[str]) -> Checked:
+    """Whether addresses are still of the namespaces that whoever wrote them meant."""
+    subject, stated = "connection.namespaces", mapping.connection.namespaces
+    if not stated and mapping.numbers:
+        there = ", ".join(f'{n} = "{found[n]}"' for n in sorted(mapping.numbers) if n < len(found))
+        lost = "is not stated, so that nobody notices when the server numbers its namespaces anew"
+        return Checked(subject, (f"{lost}; they are {there or 'none of those in the addresses'} now",), "")
+    try:
+        refuse_other_namespaces(stated, found)
+    except LinkError as wrong:
+        return Checked(subject, (str(wrong),), "")
+    return Checked(subject, (), ", ".join(f"{number} is {uri}" for number, uri in stated.items()) or "none is used")
 
 
 def _addresses(mapping: LinkMapping) -> Iterator[str]:

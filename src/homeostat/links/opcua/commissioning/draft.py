@@ -36,8 +36,8 @@ class Draft:
     """Tags of the plant that have none."""
 
 
-def draft(url: str, nodes: Sequence[ServerNode], rules: GuardRules | None) -> Draft:
-    """A mapping of the plant behind ``rules`` to ``nodes`` of the server at ``url``.
+def draft(url: str, nodes: Sequence[ServerNode], rules: GuardRules | None, namespaces: Sequence[str] = ()) -> Draft:
+    """A mapping of the plant behind ``rules`` to ``nodes`` of the server at ``url``, which has these ``namespaces``.
 
     Without a plant, every number is a tag of its own name. What nothing was found for is said in comments.
     """
@@ -51,6 +51,9 @@ def draft(url: str, nodes: Sequence[ServerNode], rules: GuardRules | None) -> Dr
         "[connection]",
         f"url = {json.dumps(url)}",
     ]
+    numbers = sorted({int(number[1]) for node in nodes if (number := re.match(r"ns=(\d+);", node.address))})
+    if said := [f"{number} = {json.dumps(namespaces[number])}" for number in numbers if 0 < number < len(namespaces)]:
+        lines += ["", "[connection.namespaces]", *said]
     used = {node.address for node in found.values()}
     guard = {word: by_path.get(f"guard{word}") or by_path.get(f"plant{word}") for word in _GUARD}
     if any(guard.values()):

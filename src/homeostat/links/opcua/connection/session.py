@@ -12,6 +12,7 @@ from typing import Any, Final
 from asyncua import ua
 from asyncua.client.client import Client
 from asyncua.ua.attribute_ids import AttributeIds
+from asyncua.ua.object_ids import ObjectIds
 
 from homeostat.links.errors import LinkError
 from homeostat.links.opcua.connection.board import QUEUE, Board, NodeReading, Raw
@@ -24,6 +25,8 @@ SESSION_S: Final = 30.0
 """Longest silence after which a server forgets us [s]."""
 PER_CALL: Final = 500
 """Most nodes in one call."""
+NAMESPACES: Final = f"i={ObjectIds.Server_NamespaceArray}"
+"""Where a server shows the URIs of its namespaces, by number."""
 GONE_S: Final = 1.0
 """Longest wait for a connection that is closed [s]."""
 _BUILT_IN: Final[Mapping[object, str]] = {kind.value: kind.name for kind in ua.VariantType}
@@ -57,6 +60,9 @@ class Session:
 
         A node that the server does not know is shown as bad. Raises where anything else fails.
         """
+        if stated := self._connection.namespaces:
+            (found,) = await self.read((NAMESPACES,))
+            refuse_other_namespaces(stated, () if found.Value is None else found.Value.Value or ())
         await self._learn(tuple(written))
         subscribed = [node for node, polled in nodes.items() if self._connection.subscribe and not polled]
         polled = [node for node in nodes if node not in subscribed]
@@ -191,6 +197,21 @@ class Session:
     def _show(self, nodes: Any, values: Any) -> None:
         now_s, now = time.monotonic(), datetime.now(UTC)
         self._board.put({node: _reading(value, now_s, now) for node, value in zip(nodes, values, strict=True)})
+
+
+def refuse_other_namespaces(stated: Mapping[int, str], found: Sequence[str]) -> None:
+    """LinkError where a namespace of the server, ``found`` by number, is not the one that is ``stated`` for it.
+
+    A server may number them anew when its configuration changes, and an address is of another node then.
+    """
+    for number, uri in stated.items():
+        there = found[number] if number < len(found) else None
+        if there != uri:
+            has = "no such namespace" if there is None else f"{there!r:.100}"
+            raise LinkError(
+                f"ns={number} is {uri!r:.100} in the mapping, and the server has {has} there: addresses would be of "
+                "other nodes; look at each of them, and state the namespaces as they are now"
+            )
 
 
 def _reading(value: ua.DataValue, now_s: float, now: datetime) -> NodeReading:
