@@ -5,7 +5,7 @@
 # their reason.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-python=$PWD/.venv/bin/python
+python=$PWD/.venv/bin/python mtp=$PWD/.mtp-venv
 cd tests/equipment/opcua
 if ! command -v node >/dev/null || ! command -v npm >/dev/null; then
   echo "node-opcua: there is no node here"
@@ -14,11 +14,11 @@ elif npm ci --silent --no-audit --no-fund >/dev/null 2>&1; then
 else
   echo "node-opcua: npm cannot fetch its packages"
 fi
-if [[ -e .venv/.ready && ! mtp_module.txt -nt .venv/.ready ]]; then
+if [[ -e $mtp/.ready && ! mtp_module.txt -nt $mtp/.ready ]]; then
   echo "MTPPy: it is installed"
-elif "$python" -m venv --clear .venv >/dev/null 2>&1 &&
-  .venv/bin/pip --disable-pip-version-check --quiet install --require-hashes -r mtp_module.txt >/dev/null 2>&1; then
-  touch .venv/.ready
+elif "$python" -m venv --clear "$mtp" >/dev/null 2>&1 &&
+  "$mtp/bin/pip" --disable-pip-version-check --quiet install --require-hashes -r mtp_module.txt >/dev/null 2>&1; then
+  touch "$mtp/.ready"
   echo "MTPPy: it is installed"
 else
   echo "MTPPy: pip cannot fetch its packages"

@@ -18,8 +18,9 @@ from tests.equipment.opcua.process import ServerProcess
 from tests.equipment.opcua.tank import RULES
 from tests.links.opcua.waiting import sample, settled
 
-FOLDER = Path(__file__).resolve().parents[2] / "equipment" / "opcua"
-ENVIRONMENT = FOLDER / ".venv"
+ROOT = Path(__file__).resolve().parents[3]
+MODULE = ROOT / "tests" / "equipment" / "opcua" / "mtp_module.py"
+ENVIRONMENT = ROOT / ".mtp-venv"
 ELEMENTS = "ns=3;s=active_elements"
 TAKEN_S = 2.0
 """MTPPy looks at what was written twice per second."""
@@ -36,7 +37,7 @@ def module(pkis: tuple[Pki, Pki]) -> Iterator[ServerProcess]:
         port = free.getsockname()[1]
     server = ServerProcess()
     given = [str(port), str(pkis[0].certificate), str(pkis[0].key), SERVED]
-    server.start([str(ENVIRONMENT / "bin" / "python"), str(FOLDER / "mtp_module.py"), *given])
+    server.start([str(ENVIRONMENT / "bin" / "python"), str(MODULE), *given])
     yield server
     server.kill()
 
