@@ -17,6 +17,7 @@ from homeostat.agents.roles import Probe, Situation
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.journal.beside.archive import MemoryArchive
+from homeostat.plants.plant import load_plant
 from homeostat.recovery.probing import LEAST
 from homeostat.twin.twin import Twin
 from tests.twin.followed import disturbed, follow, reactor
@@ -140,6 +141,21 @@ def test_no_move_is_offered_twice() -> None:
 def test_nothing_is_moved_to_a_state_that_the_plant_does_not_stand_in() -> None:
     assert not any(m.path is not None and m.path.target == "holding" for m in found())
     assert {m.path.target for m in found(F1_sp=0.02) if m.path} == {"reduced_load"}, "full load is no small step"
+
+
+def module_moves(state: str, **values: float) -> list[str]:
+    """Where the moves of the module lead that is in ``state``, with both pumps at rest."""
+    d = load_plant("mixing_module").description
+    now = {tag: 0.0 for tag in d.tags_by_name} | {name.replace("_", ".", 1): v for name, v in values.items()}
+    ways = d.machine.paths(state, now, d.machine.recovery_event, blocked=())
+    taken = moves([RecoveryPath(d.machine, way) for way in ways], d.tags_by_name, now)
+    return [move.path.target for move in taken if move.path is not None]
+
+
+def test_a_stop_is_a_move_where_somebody_may_go_on_from_it() -> None:
+    assert "held" in module_moves("filling_B201"), "it shuts a valve that may be stuck"
+    assert "held" not in module_moves("filling_B202"), "from there on the module wants B201 to be full"
+    assert "held" in module_moves("filling_B202", B201_level=0.2)
 
 
 def test_nothing_leaves_its_range_where_the_plant_stands_at_its_end() -> None:

@@ -157,13 +157,14 @@ def _fed(actions: ActionSet, before: float) -> float:
 
 
 class LineTwin:
-    """What a twin offers to simulation and release check, over the same straight line; two members, equal weights."""
+    """What a twin offers to simulation and release check, over the same straight line; two members."""
 
     timing = REFERENCE
     resting: tuple[Resting, ...] = ()
 
     def __init__(self, heating: float = 0.1) -> None:
         self.heating = heating
+        self.weights, self.off = (0.5, 0.5), (0.0, 0.01)
         self.last: Snapshot | None = None
         self.result: Callable[[ActionSet], RolloutResult] = lambda actions: RolloutResult.COMPLETED
         self.bug: Callable[[ActionSet], BaseException | None] = lambda actions: None
@@ -193,7 +194,7 @@ class LineTwin:
         error = self.bug(actions)
         if error is not None:
             raise error
-        weights: tuple[float, ...] = (0.5, 0.5)
+        weights: tuple[float, ...] = self.weights
         if self.result(actions) is not RolloutResult.COMPLETED:
             nothing = Trajectory(self.last.at_s, 1.0, {})
             return Rollout(actions.digest, nothing, tuple(hypotheses), (), RolloutResult.BROKE_DOWN, "member 0")
@@ -202,7 +203,7 @@ class LineTwin:
             feeds[math.ceil(ended.after_s) :] = _fed(ended.actions, feeds[0])
         signals = {tag: np.full((2, HORIZON), value) for tag, value in self.last.values.items()}
         signals |= {"F.sp": np.tile(feeds, (2, 1)), "F": np.tile(feeds, (2, 1))}
-        for member, mismatch in enumerate((0.0, 0.01)):
+        for member, mismatch in enumerate(self.off):
             rises = [slope(self.heating, feed) + mismatch * self.heating for feed in feeds.tolist()]
             signals["T"][member] = self.last.values["T"] + np.cumsum(rises)
         if members is not None:

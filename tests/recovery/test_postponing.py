@@ -112,6 +112,17 @@ def test_what_lasts_or_is_cheaper_than_leaving_alone_is_answered_at_once(
     assert done.released == [10.0] and not done.trace.of(Waited)
 
 
+@pytest.mark.parametrize(("share", "waited"), [(0.04, [10.0]), (0.1, [10.0]), (0.11, []), (0.6, [])])
+def test_what_is_unlikely_to_do_harm_is_waited_for_before_something_dear_is_released(
+    share: float, waited: list[float]
+) -> None:
+    """Nothing heats the line, but for a second member of this weight."""
+    recovery = with_an_answer(20, frozenset())
+    recovery.twin.weights, recovery.twin.off = (1.0 - share, share), (-1.0, 0.01)
+    done = recovery.run()
+    assert done.when(Waited) == waited and done.released == ([] if waited else [10.0])
+
+
 def test_what_has_ended_before_need_not_last_where_it_comes_again() -> None:
     def answer(at_s: float) -> Diagnosis:
         over = Diagnosis(at_s, (), (), ended=diagnosis(5.0).hypotheses[0].faults, ended_s=at_s)

@@ -128,6 +128,13 @@ def test_a_wait_writes_nothing_and_ends() -> None:
 
 
 @pytest.mark.parametrize("probe", [WAIT, LITTLE])
+def test_what_one_has_shown_says_how_long_there_is_now(probe: Probe) -> None:
+    """It was as safe as falling back until then, however it is answered; the time to act by is counted anew."""
+    done = line(probe).run()
+    assert [arm.anew for arm in done.armed if len(arm.strategies) == 2] == [False, True], "the rankings of two looks"
+
+
+@pytest.mark.parametrize("probe", [WAIT, LITTLE])
 def test_what_told_nothing_is_not_tried_again(probe: Probe) -> None:
     done = line(probe, until_s=1000.0).run()
     assert begun(done) == [10.0] and [e.told for e in done.trace.of(ProbeEnded)] == [False]

@@ -88,7 +88,7 @@ class Probes:
         name, probability = (best[0].name, best[0].probability) if best else ("none", 1.0)
         self._scene.record(ProbeEnded(probe.apart, name, probability, probability >= CERTAIN))
         moved = probe.path is not None
-        return Ended(waited=True, held=moved, whole=not moved and self._scene.seen_s >= until_s)
+        return Ended(waited=True, held=moved, whole=self._scene.seen_s >= until_s)
 
     async def begin(self, situation: Situation, idle: Rollout, began: float) -> Resolution | None:
         """What was begun; None where nothing is worth it, safe and in time, or it was refused.

@@ -22,6 +22,8 @@ from homeostat.recovery.taking import Taking
 
 MOST_EARLIER = 4
 """Most earlier decisions that proposers are told."""
+UNLIKELY = 0.1
+"""Probability of harm up to which something dear is put off, as long as it is as safe later as it is now [1]."""
 AGAIN = 2
 """How often in a deliberation what circumstances alone refused is tried again before something else is [1]."""
 
@@ -107,7 +109,8 @@ class Proposals:
     ) -> None:
         """Add what may be done in place of the fallback, or of a release that costs more than leaving the plant alone.
 
-        What need not last is waited for although no hard limit is in danger, or something dear is approved.
+        What need not last is waited for although no hard limit is in danger, or something dear is approved; before
+        what is dear, so is what is unlikely to do harm, because more is known later.
         """
         passes = may_pass(situation.diagnosis, self._passing) and not self._every_step
         if every and alternatives.lacking and situation.act_by_s is not None:
@@ -115,8 +118,13 @@ class Proposals:
             await self._beside.add_to(alternatives, situation, refused, end)
         if every and alternatives.lacking and (passes or situation.act_by_s is not None):
             await self._postponing.add_to(alternatives, situation, passes, end)
-        elif passes and (dear := alternatives.dear) is not None:
+        elif (passes or self._unlikely(situation)) and (dear := alternatives.dear) is not None:
             await self._postponing.add_before(dear, alternatives, situation, end)
+
+    def _unlikely(self, situation: Situation) -> bool:
+        """Whether it is unlikely, and known how much so, that what goes on violates anything."""
+        shares = [0.0 if f.violating is None else f.violating.share for f in situation.idle if not f.satisfied]
+        return bool(shares) and min(shares) > 0.0 and max(shares) <= UNLIKELY and not self._every_step
 
     async def _hear(
         self, asked: Sequence[Deliberation], alternatives: Alternatives, situation: Situation, end: float

@@ -22,7 +22,7 @@ class Ended:
     held: bool = False
     """Whether it was a hold."""
     whole: bool = False
-    """Whether it was a wait that lasted as long as was said: the plant was as safe in it as with a fallback."""
+    """Whether a wait or a test lasted as long as was said: the plant was as safe in it as with a fallback."""
 
 
 class Waits:

@@ -38,12 +38,13 @@ def moves(paths: Sequence[RecoveryPath], tags: Mapping[str, Tag], values: Mappin
     """Every move along ``paths`` from the present ``values``.
 
     A step is small where the state that it is taken in could be entered without any other change. A way with
-    later steps is tried only where it ends as a batch does by itself: from elsewhere there may be no way on.
+    later steps is tried only where it ends as a batch does by itself, or where somebody may decide to go back to where
+    it began: from elsewhere there may be no way on.
     """
     been: set[str] = set()
     for path in paths:
         if path.awaited:
-            if path.decisions and path.target in path.machine.ordinary:
+            if path.decisions and (path.target in path.machine.ordinary or _leads_back(path, values)):
                 actions = ActionSet.along(path, lambda state: design_commands(state, tags))
                 yield Move(actions, path, CHANGE, RISK * _risk_added(path))
             continue
@@ -55,6 +56,15 @@ def moves(paths: Sequence[RecoveryPath], tags: Mapping[str, Tag], values: Mappin
         for point in _around(space, here):
             change = CHANGE * (1.0 + space.gap(point, here))
             yield Move(space.actions(point), path, change, RISK * _risk_added(path))
+
+
+def _leads_back(path: RecoveryPath, values: Mapping[str, float]) -> bool:
+    """Whether somebody may decide, where ``path`` ends, to go on in the state that it leaves, as things are now."""
+    asked = path.target, path.states[0], path.decisions[0].event
+    return any(
+        t.on_decision and (t.source, t.target, t.event) == asked and t.guard.holds(values)
+        for t in path.machine.transitions
+    )
 
 
 def _risk_added(path: RecoveryPath) -> int:
