@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from homeostat.agents.checks import judge_passing, judge_safety
 from homeostat.agents.hypotheses import counted
@@ -21,6 +21,7 @@ from homeostat.domain.observation import Arm
 from homeostat.domain.verdict import Approve, NoActionNeeded, Released, Resolution, Rollout
 from homeostat.recovery.choices import Admitted
 from homeostat.recovery.deadline import first_violated_s
+from homeostat.recovery.going_on import by_design, comes_to_its_end, way_on
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.progress import ProgressMonitor
 from homeostat.recovery.release_check import Check
@@ -46,6 +47,8 @@ class _UnderWay:
     probe: Probe
     until_s: float
     """Process time at which the plant is looked at again [s]."""
+    back: bool = False
+    """Whether it is the way back from a test, which tells nothing."""
 
 
 class Probes:
@@ -65,6 +68,7 @@ class Probes:
         self._releasing = Releasing(scene, check, bounds.budget, rules.limits)
         self._pricing = Pricing(rules.prices, rules.limits, rules.scales)
         self._under_way: _UnderWay | None = None
+        self._stop: Probe | None = None
         self._begun: list[tuple[str, tuple[str, str]]] = []
         self.offered: tuple[Probe, ...] = ()
         """Test moves that proposers may name since the last look: they pay, and were not begun yet."""
@@ -75,7 +79,7 @@ class Probes:
 
     def drop(self) -> None:
         """A fallback acts: nobody learns anything from the probe any more."""
-        self._under_way = None
+        self._under_way = self._stop = None
 
     def end(self, diagnosis: Diagnosis) -> Ended:
         """Say what came of the probe that is under way, if any, and whether it was a wait or has moved the plant."""
@@ -83,7 +87,10 @@ class Probes:
             self._begun = []
         if self._under_way is None:
             return Ended()
-        (probe, until_s), self._under_way = (self._under_way.probe, self._under_way.until_s), None
+        ended, self._under_way = self._under_way, None
+        if ended.back:
+            return Ended(waited=True, whole=self._scene.seen_s >= ended.until_s)
+        probe, until_s = ended.probe, ended.until_s
         best = by_fault_set(counted(diagnosis))[:1]
         name, probability = (best[0].name, best[0].probability) if best else ("none", 1.0)
         self._scene.record(ProbeEnded(probe.apart, name, probability, probability >= CERTAIN))
@@ -122,6 +129,24 @@ class Probes:
         except (Refused, Overtaken, Withdrawn, TimeoutError):
             return None
 
+    async def go_back(self, situation: Situation) -> Resolution | None:
+        """Let what a test move has stopped go on where it was, as nobody has anything better; None where it may not.
+
+        Whether it comes to its end from there was not asked of it before the test either: it is judged as one.
+        """
+        probing, stop = self._agents.probing, self._stop
+        if probing is None or stop is None or stop.path is None or situation.state != stop.path.target:
+            return None
+        way = way_on(stop.path, situation.snapshot)
+        if way is None:
+            return None
+        back = replace(stop, path=way, actions=by_design(way, self._rules.tags), value=0.0, cost=0.0)
+        try:
+            chosen = await self._first_admitted(probing, situation, (back,))
+            return None if chosen is None else (await self.take(chosen, situation, PROPOSER, back=True)).outcome
+        except (Refused, Overtaken, Withdrawn, TimeoutError):
+            return None
+
     async def admitted(self, situation: Situation, probe: Probe) -> Admitted | None:
         """``probe`` with the fallback that ends it safely; None where it is not on offer, or none does."""
         probing = self._agents.probing
@@ -133,6 +158,8 @@ class Probes:
         """The first of ``probes`` that some fallback ends safely under every plausible explanation."""
         after_s = self._bounds.probe_s + self._bounds.answer_s + WRITING * self._rules.timing.tick_s
         for probe in probes:
+            if not await self._can_go_on(situation, probe, after_s):
+                continue
             for retreat in self._rules.fallbacks:
                 ended = Interruption(after_s, retreat.actions)
                 rollout = await probing.try_out(probe, situation.diagnosis, ended)
@@ -141,6 +168,15 @@ class Probes:
                     return Admitted(probe, retreat, ended, verdict)
         return None
 
+    async def _can_go_on(self, situation: Situation, probe: Probe, after_s: float) -> bool:
+        """Whether a batch that ``probe`` stops comes to its end where it may go on ``after_s`` [s] later."""
+        way = way_on(probe.path, situation.snapshot)
+        if way is None:
+            return True
+        ended = Interruption(after_s, by_design(way, self._rules.tags))
+        rollout = await self._agents.simulation.roll_out(situation.diagnosis, probe.actions, ended)
+        return comes_to_its_end(rollout, self._rules.limits)
+
     async def _relied_on(self, situation: Situation, probe: Probe, ended: Interruption, rollout: Rollout) -> bool:
         """Whether a test move counts on actuators that nobody has seen move."""
         if probe.path is None:
@@ -148,19 +184,21 @@ class Probes:
         asked = Relying(probe.actions, probe.path.commanded_states, (self._scene.now.rest, ended.actions), ended)
         return bool(await self._agents.simulation.relied_on(situation.diagnosis, asked, rollout))
 
-    async def take(self, chosen: Admitted, situation: Situation, proposer: str) -> Taken:
-        """Begin what ``proposer`` proposed; what does not begin is offered no more.
+    async def take(self, chosen: Admitted, situation: Situation, proposer: str, back: bool = False) -> Taken:
+        """Begin what ``proposer`` proposed; what does not begin is offered no more. ``back``: it ends another one.
 
         Raises as :meth:`Releasing.release` does.
         """
         probe, scene = chosen.probe, self._scene
         alone = await self._agents.simulation.roll_out(situation.diagnosis, probe.actions)
         outcome: Released | NoActionNeeded
-        self._begun.append((probe.actions.digest, probe.apart))
+        if not back:
+            self._begun.append((probe.actions.digest, probe.apart))
         self.offered = tuple(other for other in self.offered if other != probe)
         state, commands = ("", ()) if probe.path is None else (probe.actions.target, probe.actions.commands)
         worth = (probe.nats, probe.value, probe.cost)
-        scene.record(Probed(probe.apart, state, commands, self._bounds.probe_s, *worth, proposer))
+        if not back:
+            scene.record(Probed(probe.apart, state, commands, self._bounds.probe_s, *worth, proposer))
         if probe.path is None:
             await scene.look()
             outcome = NoActionNeeded(scene.seen_s, chosen.verdict.min_margin)
@@ -176,8 +214,9 @@ class Probes:
                 scene.record(GaveUp(proposer, str(failed)))
                 raise
             self._progress.expect(probe.actions.then, alone, outcome.at_s)
+        self._stop = probe if way_on(probe.path, situation.snapshot) is not None else None
         until_s = outcome.at_s + self._bounds.probe_s
-        self._under_way = _UnderWay(probe, until_s)
+        self._under_way = _UnderWay(probe, until_s, back)
         if not isinstance(judge_safety(probe.actions, alone, self._rules.limits), Approve):
             scene.send(Arm((chosen.retreat.name,), until_s + self._bounds.answer_s))
         return Taken(outcome, alone)

@@ -164,6 +164,9 @@ class RecoveryLoop:
                 ran_out = isinstance(failed, TimeoutError)
                 if isinstance(failed, NoAdmissiblePlan):
                     self._memory = replace(self._memory, in_vain=look)
+                    if (begun := await self._probes.go_back(situation)) is not None:
+                        self._prospect.forget()
+                        return begun
             else:
                 if isinstance(taken.outcome, NoActionNeeded):
                     if not taken.waiting:
