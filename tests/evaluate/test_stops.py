@@ -35,7 +35,7 @@ def test_a_weak_supply_is_told_from_an_inlet_that_is_stuck_by_shutting_it() -> N
     """Under one of them the batch goes on, under the other every way through it overflows a tank."""
     done = batch("fill_rate * 0.6 from 15")
     (probed,) = of(done, Probed)
-    assert isinstance(probed, Probed) and probed.state == "held" and "stuck_open_VI201" in probed.apart
+    assert isinstance(probed, Probed) and probed.state == "holding" and "stuck_open_VI201" in probed.apart
     states = [state for state, _ in done.record.states]
     assert states[-1] == "complete" and states.count("held") == 1 and not of(done, FallbackActivated)
 
