@@ -47,9 +47,8 @@ class Journal:
         """Go on with the run in ``directory``, which was left before it was closed; a torn last line is taken away.
 
         The first new line is a `Resumed`, which says how much of what was found is signed by ``key``, and what has
-        ``changed`` since. Raises
-        FileNotFoundError where there is no run, FileExistsError where it was closed, BrokenChain where its journal is
-        not what was written or carries a signature that is not of its lines.
+        ``changed`` since. Raises FileNotFoundError where there is no run, FileExistsError where it was closed,
+        BrokenChain where its journal is not what was written or carries a signature that is not of its lines.
         """
         path = Path(directory) / JOURNAL
         if (path.parent / MANIFEST).exists():

@@ -85,6 +85,9 @@ class Probes:
         """Say what came of the probe that is under way, if any, and whether it was a wait or has moved the plant."""
         if not diagnosis.faulty:
             self._begun = []
+        stopped = None if self._stop is None else self._stop.path
+        if stopped is not None and self._scene.now.state not in stopped.commanded:
+            self._stop = None  # it goes on; whatever stops it later was not this test
         if self._under_way is None:
             return Ended()
         ended, self._under_way = self._under_way, None
@@ -214,7 +217,8 @@ class Probes:
                 scene.record(GaveUp(proposer, str(failed)))
                 raise
             self._progress.expect(probe.actions.then, alone, outcome.at_s)
-        self._stop = probe if way_on(probe.path, situation.snapshot) is not None else None
+        if probe.path is not None:
+            self._stop = probe if way_on(probe.path, situation.snapshot) is not None else None
         until_s = outcome.at_s + self._bounds.probe_s
         self._under_way = _UnderWay(probe, until_s, back)
         if not isinstance(judge_safety(probe.actions, alone, self._rules.limits), Approve):
