@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from homeostat.agents.search.candidates import along_by_design
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.snapshot import Snapshot
 from homeostat.plants.plant import load_plant
-from homeostat.recovery.going_on import by_design, comes_to_its_end, way_on
+from homeostat.recovery.going_on import comes_to_its_end, way_on
 from tests.recovery.desk import ticks
 from tests.recovery.line import LIMITS, LineTwin, feed
 
@@ -37,7 +38,7 @@ def test_a_stop_leads_back_to_the_state_that_it_leaves() -> None:
     at = now(B201_level=0.2)
     back = way_on(path("filling_B202", "held", at), at)
     assert back is not None and back.states[:2] == ("held", "filling_B202") and back.target == "complete"
-    actions = by_design(back, MODULE.tags_by_name)
+    actions = along_by_design(back, MODULE.tags_by_name)
     assert {c.tag: c.value for c in actions.commands}["VI202.cmd"] == 1.0 and actions.end == "complete"
 
 

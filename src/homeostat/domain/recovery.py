@@ -62,6 +62,13 @@ class RecoveryPath:
         """Name of the state that the plant is in after the release."""
         return self.states[len(self.decisions)]
 
+    def way_back(self, values: Mapping[str, float]) -> Self | None:
+        """The way from where it ends back to the state that it leaves, and on, open at ``values``; None for none."""
+        event = self.transitions[0].event
+        ways = self.machine.paths(self.target, values, event, blocked=())
+        back = [way for way in ways if way[0].target == self.states[0]]
+        return type(self)(self.machine, back[0]) if back else None
+
     @property
     def commanded_states(self) -> tuple[State, ...]:
         """The states that the plant is in from the release on: what each of them is commanded is to be chosen."""

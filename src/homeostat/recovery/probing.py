@@ -12,6 +12,7 @@ from homeostat.agents.pricing import Pricing
 from homeostat.agents.probing.twin_probing import CERTAIN
 from homeostat.agents.reliance import Relying
 from homeostat.agents.roles import Agents, Approved, Probe, Probing, Situation
+from homeostat.agents.search.candidates import along_by_design
 from homeostat.domain.advice import Attempt
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.diagnosis import Diagnosis, by_fault_set
@@ -21,7 +22,7 @@ from homeostat.domain.observation import Arm
 from homeostat.domain.verdict import Approve, NoActionNeeded, Released, Resolution, Rollout
 from homeostat.recovery.choices import Admitted
 from homeostat.recovery.deadline import first_violated_s
-from homeostat.recovery.going_on import by_design, comes_to_its_end, way_on
+from homeostat.recovery.going_on import comes_to_its_end, way_on
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.progress import ProgressMonitor
 from homeostat.recovery.release_check import Check
@@ -135,7 +136,8 @@ class Probes:
     async def go_back(self, situation: Situation) -> Resolution | None:
         """Let what a test move has stopped go on where it was, as nobody has anything better; None where it may not.
 
-        Whether it comes to its end from there was not asked of it before the test either: it is judged as one.
+        It is judged as the test was. What is known by now may say that it comes to no end from there, and that was no
+        reason to stop it for good.
         """
         probing, stop = self._agents.probing, self._stop
         if probing is None or stop is None or stop.path is None or situation.state != stop.path.target:
@@ -143,7 +145,7 @@ class Probes:
         way = way_on(stop.path, situation.snapshot)
         if way is None:
             return None
-        back = replace(stop, path=way, actions=by_design(way, self._rules.tags), value=0.0, cost=0.0)
+        back = replace(stop, path=way, actions=along_by_design(way, self._rules.tags), value=0.0, cost=0.0)
         try:
             chosen = await self._first_admitted(probing, situation, (back,))
             return None if chosen is None else (await self.take(chosen, situation, PROPOSER, back=True)).outcome
@@ -176,7 +178,7 @@ class Probes:
         way = way_on(probe.path, situation.snapshot)
         if way is None:
             return True
-        ended = Interruption(after_s, by_design(way, self._rules.tags))
+        ended = Interruption(after_s, along_by_design(way, self._rules.tags))
         rollout = await self._agents.simulation.roll_out(situation.diagnosis, probe.actions, ended)
         return comes_to_its_end(rollout, self._rules.limits)
 

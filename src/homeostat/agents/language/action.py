@@ -10,7 +10,7 @@ from homeostat.agents.language.feedback import cost_slopes_text, feedback_text, 
 from homeostat.agents.language.situation import MOST_FINDINGS, quality_text, worst_first
 from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import Situation
-from homeostat.agents.search.candidates import SearchSpace, design_commands
+from homeostat.agents.search.candidates import SearchSpace, along_by_design
 from homeostat.domain.advice import COST, Advice, Sensitivity
 from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.quotation import quote
@@ -43,7 +43,7 @@ class LanguageAction:
         """The commands that the model gives, and what the states fix; it is not asked where nothing is to be chosen."""
         tags = self._plant.tags_by_name
         if not open_setpoints(path.commanded_states):
-            return ActionSet.along(path, lambda state: design_commands(state, tags))
+            return along_by_design(path, tags)
         slopes = () if advice.sensitivities else await self._slopes(situation, path)
         order = self.order(situation, path, advice, slopes)
         answer = await self._briefing.ask(order.question, order.kind, situation)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from homeostat.agents.search.candidates import Point, SearchSpace, design_commands
+from homeostat.agents.search.candidates import Point, SearchSpace, along_by_design
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 
@@ -44,8 +44,8 @@ def moves(paths: Sequence[RecoveryPath], tags: Mapping[str, Tag], values: Mappin
     been: set[str] = set()
     for path in paths:
         if path.awaited:
-            if path.decisions and (path.target in path.machine.ordinary or _leads_back(path, values)):
-                actions = ActionSet.along(path, lambda state: design_commands(state, tags))
+            if path.decisions and (path.target in path.machine.ordinary or path.way_back(values) is not None):
+                actions = along_by_design(path, tags)
                 yield Move(actions, path, CHANGE, RISK * _risk_added(path))
             continue
         space = SearchSpace(path.machine.state(path.target), tags)
@@ -56,15 +56,6 @@ def moves(paths: Sequence[RecoveryPath], tags: Mapping[str, Tag], values: Mappin
         for point in _around(space, here):
             change = CHANGE * (1.0 + space.gap(point, here))
             yield Move(space.actions(point), path, change, RISK * _risk_added(path))
-
-
-def _leads_back(path: RecoveryPath, values: Mapping[str, float]) -> bool:
-    """Whether somebody may decide, where ``path`` ends, to go on in the state that it leaves, as things are now."""
-    asked = path.target, path.states[0], path.decisions[0].event
-    return any(
-        t.on_decision and (t.source, t.target, t.event) == asked and t.guard.holds(values)
-        for t in path.machine.transitions
-    )
 
 
 def _risk_added(path: RecoveryPath) -> int:

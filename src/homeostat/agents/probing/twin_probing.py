@@ -12,7 +12,7 @@ from homeostat.agents.pricing import Pricing
 from homeostat.agents.probing.moves import Move, moves
 from homeostat.agents.probing.stakes import Stakes
 from homeostat.agents.roles import Probe, Situation
-from homeostat.agents.search.candidates import SearchSpace, design_commands
+from homeostat.agents.search.candidates import SearchSpace, along_by_design
 from homeostat.agents.search.cost import Cost
 from homeostat.agents.search.planning import open_paths
 from homeostat.domain.advice import Advice
@@ -136,7 +136,7 @@ class _Work:
         """What stands for the ways to take ``path``."""
         tags = self.plant.tags_by_name
         if path.awaited:
-            return [ActionSet.along(path, lambda state: design_commands(state, tags))]
+            return [along_by_design(path, tags)]
         space = SearchSpace(path.machine.state(path.target), tags)
         present = space.present(self.situation.snapshot.values)
         return [space.actions(point) for point in space.first(present, LEVELS, SCATTERED)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.plant.tag import Tag
-from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 
 Point = tuple[float | None, ...]
 """One value per setpoint range of the state; None leaves a manual output on automatic."""
@@ -161,3 +161,8 @@ def _lattice(n: int, k: int) -> float:
 def design_commands(state: State, tags: Mapping[str, Tag]) -> tuple[Command, ...]:
     """What ``state`` is commanded by design, each not faster than its tag may change."""
     return SearchSpace(state, tags).actions(SearchSpace(state, tags).design).commands
+
+
+def along_by_design(path: RecoveryPath, tags: Mapping[str, Tag]) -> ActionSet:
+    """``path``, with what each state on it is commanded by design."""
+    return ActionSet.along(path, lambda state: design_commands(state, tags))
