@@ -6,6 +6,7 @@ import asyncio
 import threading
 from collections.abc import Callable, Mapping, Sequence
 
+from homeostat.agents.certificates import Course
 from homeostat.agents.reliance import Relying
 from homeostat.agents.roles import Hold, NoAdmissiblePlan, Plan, Probe, Situation, Wait
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
@@ -137,6 +138,9 @@ class ScriptedSimulation:
 
     async def relied_on(self, diagnosis: Diagnosis, asked: Relying, rollout: Rollout) -> tuple[Finding, ...]:
         return ()
+
+    async def violations(self, diagnosis: Diagnosis, courses: Sequence[Course], draws: int) -> tuple[int | None, ...]:
+        return (0,) * len(courses)
 
     async def sensitivities(
         self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]

@@ -56,7 +56,9 @@ def test_the_proposal_has_every_margin_cost_and_command_of_the_journal(recovered
     assert isinstance(compared, Compared) and compared.chosen == tried.digest
     card = card_at(recovered, at_s)
     proposal = card.proposal
-    assert proposal is not None and proposal.released_s is None and proposal.certificate is None
+    assert proposal is not None and proposal.released_s is None
+    listed = next(a.certificate for a in compared.alternatives if a.digest == tried.digest)
+    assert listed is not None and proposal.certificate == listed, "whoever is asked for a yes knows how safe it is"
     mine = {f.criterion: f if f.deciding is None else f.deciding for f in tried.findings}
     margins = {
         f.criterion: (mine[f.criterion].margin, mine[f.criterion].unit, f.at_s, f.member) for f in tried.findings
@@ -69,6 +71,7 @@ def test_the_proposal_has_every_margin_cost_and_command_of_the_journal(recovered
     moved = {m.tag: m for m in proposal.moves}
     assert moved["V2.man"].known and moved["V2.man"].before is None and moved["T1.sp"].before == 310.0
     assert [c.cost for c in card.choices] == [a.cost.total for a in compared.alternatives]
+    assert [c.certificate for c in card.choices] == [a.certificate for a in compared.alternatives]
     assert [c.chosen for c in card.choices] == [a.digest == compared.chosen for a in compared.alternatives]
     left = next(a for a in compared.alternatives if a.kind is AlternativeKind.LEAVE)
     assert card.alone == plainly(left.refused) and "violated by" in card.alone

@@ -91,7 +91,7 @@ def test_a_certificate_beside_the_fallback_claims_no_more_than_it_counted(recove
 
     def said(beside: bool) -> str:
         told = replace(proposal, certificate=replace(proposal.certificate, beside=beside))
-        return " ".join(p.text for p in explained(replace(card, proposal=told)))
+        return " ".join(p.text for p in explained(replace(card, proposal=told, choices=())))
 
     assert "draws violate a hard limit: at most" in said(False)
     assert "draws do worse than the fallback, which violates a hard limit as well: at most" in said(True)

@@ -8,12 +8,14 @@ import math
 import numpy as np
 import pytest
 
+from homeostat.agents.certificates import Course
 from homeostat.agents.roles import Simulation
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Rollout, RolloutResult
+from homeostat.twin.twin import Interruption
 
 
 class SimulationContract:
@@ -62,6 +64,15 @@ class SimulationContract:
         simulation.observe(fresh[:1])
         start_s = self.rolled_out(simulation, diagnosis, actions).trajectory.start_s
         assert start_s == pytest.approx(fresh[-1].at_s, abs=1.0)
+
+    def test_what_counts_against_a_course_is_among_the_draws(
+        self, simulation: Simulation, diagnosis: Diagnosis, actions: ActionSet
+    ) -> None:
+        courses = [Course(actions), Course(actions, Interruption(30.0, actions)), Course(actions)]
+        found = asyncio.run(simulation.violations(diagnosis, courses, 8))
+        assert len(found) == 3 and all(k is not None and 0 <= k <= 8 for k in found)
+        assert found[0] == found[2], "the draws are the same for all"
+        assert asyncio.run(simulation.violations(diagnosis, (), 8)) == ()
 
     def test_instrument_errors_are_finite_and_never_empty(self, simulation: Simulation, diagnosis: Diagnosis) -> None:
         errors = simulation.instrument_errors(diagnosis)

@@ -10,6 +10,7 @@ from typing import Any, cast
 import pytest
 
 from homeostat.domain.alternative import Alternative, AlternativeKind
+from homeostat.domain.certificate import Certificate
 from homeostat.domain.cost import Cost, CostItem
 from homeostat.domain.events.recovery import Attempted, Compared
 from homeostat.domain.plant.limits import Owner
@@ -25,7 +26,13 @@ COMPARED = Compared(
     "EUR",
     (
         Alternative(AlternativeKind.RELEASE, "normal > reduced", COST, "", "search", "d1"),
-        Alternative(AlternativeKind.LEAVE, "normal", replace(COST, items=()), "too hot"),
+        Alternative(
+            AlternativeKind.LEAVE,
+            "normal",
+            replace(COST, items=()),
+            "too hot",
+            certificate=Certificate(64, 3, 0.2, 0.95),
+        ),
         Alternative(AlternativeKind.FALLBACK, "drain", Cost((CostItem("ACC-T", math.inf),), 30.0), "it acts later"),
     ),
     "d1",
@@ -59,6 +66,14 @@ def test_an_attempt_that_is_older_than_prices_has_no_cost(tmp_path: Path) -> Non
     record = recorded(tmp_path / "run", TRIED)
     older = replace(record, fields={name: value for name, value in record.fields.items() if name != "cost"})
     assert decode(older) == replace(TRIED, cost=None)
+
+
+def test_a_comparison_that_is_older_than_its_certificates_is_read_without_them(tmp_path: Path) -> None:
+    record = recorded(tmp_path / "run", COMPARED)
+    told = [{k: v for k, v in a.items() if k != "certificate"} for a in record.fields["alternatives"]]
+    found = decode(replace(record, fields=record.fields | {"alternatives": told}))
+    assert isinstance(found, Compared) and all(a.certificate is None for a in found.alternatives)
+    assert [a.digest for a in found.alternatives] == [a.digest for a in COMPARED.alternatives]
 
 
 def test_a_comparison_that_lacks_a_cost_or_says_another_kind_is_refused(tmp_path: Path) -> None:

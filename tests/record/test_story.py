@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from homeostat.domain.alternative import Alternative, AlternativeKind
+from homeostat.domain.certificate import Certificate
 from homeostat.domain.cost import Cost, CostItem
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.events.recovery import (
@@ -95,6 +96,13 @@ def test_what_could_be_done_is_told_with_what_each_costs_and_why_it_may_not_be()
         "    930 s  compared  reduced_load by search 10.2 EUR; leave alone 10.8 EUR (not admitted: too hot); "
         "isolate by fallback 33.0 EUR (not admitted: it acts where nothing else may be done)"
     )
+
+
+@pytest.mark.parametrize(("beside", "told"), [(False, ""), (True, " beside the fallback")])
+def test_how_safe_each_is_stands_in_the_list_and_is_never_rounded_down(beside: bool, told: str) -> None:
+    known = replace(REDUCED, certificate=Certificate(64, 0, 0.04941, 0.95, beside))
+    (line,) = Story(load_plant("cstr").description).tell(Compared("EUR", (known, LEAVE), "d1"), 930.0)
+    assert f"reduced_load by search 10.2 EUR, risk at most 5.0 %{told}; leave alone 10.8 EUR (not adm" in str(line)
 
 
 @pytest.mark.parametrize("where", ["name", "refused", "proposer"])

@@ -193,10 +193,11 @@ class Recovery:
     polishing: Polishing | None = None
     machine: StateMachine = COOLING
     passing: frozenset[str] = frozenset()
+    line: LineTwin | None = None
 
     def __post_init__(self) -> None:
         self.desk = ScriptedDesk(self.ticks, self.thinking, self.overtaking_s)
-        self.twin, self.trace = LineTwin(self.heating), MemoryTrace()
+        self.twin, self.trace = self.line or LineTwin(self.heating), MemoryTrace()
         self.twin.bands = lambda actions: () if self.band is None else (self.band,) * len(actions.then)
         proposer = Proposer(
             "scripted", PlanningByState(self.machine), self.action, ScriptedReprompting(), self.attempts, self.improves

@@ -191,11 +191,12 @@ class LineTwin:
         members: int | None = None,
     ) -> Rollout:
         assert self.last is not None
-        error = self.bug(actions)
+        judged = members is None  # bugs and results that a test asks for are of what is judged, not of what is counted
+        error = self.bug(actions) if judged else None
         if error is not None:
             raise error
         weights: tuple[float, ...] = self.weights
-        if self.result(actions) is not RolloutResult.COMPLETED:
+        if judged and self.result(actions) is not RolloutResult.COMPLETED:
             nothing = Trajectory(self.last.at_s, 1.0, {})
             return Rollout(actions.digest, nothing, tuple(hypotheses), (), RolloutResult.BROKE_DOWN, "member 0")
         feeds = np.full(HORIZON, _fed(actions, self.last.values["F.sp"]))

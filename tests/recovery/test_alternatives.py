@@ -8,10 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from homeostat.agents.certificates import Course
 from homeostat.agents.roles import Approved
 from homeostat.domain.alternative import Alternative, AlternativeKind
+from homeostat.domain.certificate import Certificate
 from homeostat.domain.cost import PRODUCT, Cost, CostItem
-from homeostat.domain.recovery import RecoveryPath
+from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Approve
 from homeostat.recovery.alternatives import LITTLE, Alternatives
 from tests.recovery.line import HALF, MACHINE, feed
@@ -33,11 +35,12 @@ def left(amount: float, refused: str = "") -> Alternative:
     return Alternative(AlternativeKind.LEAVE, "running", costs(amount), refused)
 
 
+RESTING = Course(ActionSet((), "running"))
 FELL = Alternative(AlternativeKind.FALLBACK, "drain", costs(9.0), "it acts where nothing else may be done")
 
 
 def listed(*proposals: Approved, given: tuple[Alternative, ...] = ()) -> Alternatives:
-    made = Alternatives(given, "EUR")
+    made = Alternatives([(one, RESTING) for one in given], "EUR")
     for one in proposals:
         made.add(one)
     return made
@@ -119,6 +122,22 @@ def test_the_event_has_all_of_it_with_reasons_the_cheapest_first() -> None:
     assert event.alternatives[2].digest == dear.actions.digest
 
 
+def test_each_alternative_is_certified_once() -> None:
+    cheap, dear, left_alone = found(1.0), found(3.0, "second", HALF / 2), left(2.0)
+    made = listed(dear, given=(left_alone, FELL))
+    rest = ActionSet((), "running")
+    assert made.uncertified(rest) == [RESTING, RESTING, Course(dear.actions)]
+    first = [Certificate(64, k, 0.1 * k, 0.95) for k in (3, 2)]
+    made.certify([*first, None])
+    made.add(cheap)
+    assert made.uncertified(rest) == [Course(dear.actions), Course(cheap.actions)], "what has none is asked for again"
+    later = [Certificate(64, k, 0.1 * k, 0.95) for k in (1, 0)]
+    made.certify(later)
+    assert [a.certificate for a in made.event("").alternatives] == [later[1], first[0], later[0], first[1]]
+    made.refuse(cheap, "not now")
+    assert made.uncertified(rest) == [] and made.anew().uncertified(rest) == [], "what was given is given with it"
+
+
 amounts = st.floats(-5.0, 20.0)
 
 
@@ -126,7 +145,7 @@ amounts = st.floats(-5.0, 20.0)
 def test_nothing_that_is_admitted_is_ever_cheaper_than_what_is_chosen(
     proposals: list[tuple[float, bool]], leaving: float, may_be_left: bool
 ) -> None:
-    made = Alternatives((left(leaving, "" if may_be_left else "too hot"), FELL), "EUR")
+    made = listed(given=(left(leaving, "" if may_be_left else "too hot"), FELL))
     for amount, refused in proposals:
         one = found(amount)
         made.add(one)

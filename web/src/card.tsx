@@ -4,8 +4,8 @@ import { Behind } from "./behind";
 import { Bands, TimeLeft, shownOf } from "./foresight";
 import { FeatureChart } from "./trends";
 import { useState } from "preact/hooks";
-import { send, type Card, type Choice, type Margin, type Me, type Moment, type Move, type Proposal, type Retold, type Run } from "./told";
-import { amount, distance, fromTo, moment, moved, percent, signed, span, timeOf } from "./words";
+import { send, type Card, type Certificate, type Choice, type Margin, type Me, type Moment, type Move, type Proposal, type Retold, type Run } from "./told";
+import { amount, atMost, distance, fromTo, moment, moved, percent, signed, span, timeOf } from "./words";
 
 export function Moves({ moves }: { moves: Move[] }) {
   const changed = moves.filter(moved), kept = moves.filter((m) => !moved(m));
@@ -88,7 +88,7 @@ function Safe({ card }: { card: Card }) {
   if (acted) return <><p class="big quiet">The plant’s prepared safe state</p><p>{acted.stands ? "Its readings confirm it." : "Its readings do not confirm it yet."}</p></>;
   if (p && worst) {
     return <><Worst m={worst} members={p.members} />
-      {p.certificate && <p>{p.certificate.violations} of {p.certificate.draws} draws {p.certificate.beside ? "do worse than the fallback, which violates a hard limit as well" : "violate a hard limit"}: at most {percent(p.certificate.bound)} (with {percent(p.certificate.level)} confidence).</p>}</>;
+      {p.certificate && <p>{certified(p.certificate)}.</p>}</>;
   }
   if (left && !p) {
     return left.margins[0] ? <Worst m={left.margins[0]} members={left.members} />
@@ -182,17 +182,29 @@ function CostOf({ choice, currency }: { choice: Choice; currency: string }) {
   return <Behind word={cost} about={items.join(", ")}>{items.join("\n")}</Behind>;
 }
 
+function certified(c: Certificate): string {
+  const what = c.beside ? "do worse than the fallback, which violates a hard limit as well" : "violate a hard limit";
+  return `${c.violations} of ${c.draws} draws ${what}: at most ${atMost(c.bound)} (with ${percent(c.level)} confidence)`;
+}
+
+// How likely it is to violate a hard limit, and behind it what says so.
+function RiskOf({ choice }: { choice: Choice }) {
+  const c = choice.certificate;
+  return c ? <Behind word={`≤ ${atMost(c.bound)}`} about={certified(c)}>{certified(c)}</Behind> : <span class="quiet">–</span>;
+}
+
 function Choices({ card }: { card: Card }) {
   const least = card.choices.find((c) => c.kind === "leave alone");
   return (
     <div class="scroll" tabIndex={0} role="region" aria-label="Costs">
       <table>
-        <thead><tr><th>What could be done</th><th class="n">Costs</th><th class="n">Beside leaving alone</th><th>May it be done?</th></tr></thead>
+        <thead><tr><th>What could be done</th><th class="n">Costs</th><th class="n">Beside leaving alone</th><th class="n">Risk</th><th>May it be done?</th></tr></thead>
         <tbody>{card.choices.map((c, k) => (
           <tr key={k} class={c.chosen ? "chosen" : ""}>
             <th scope="row">{c.chosen ? "✓ " : ""}{c.what} <span class="quiet">{c.by && `by ${c.by}`}</span></th>
             <td class="n"><CostOf choice={c} currency={card.currency} /></td>
             <td class="n">{least && c !== least ? signed(c.cost - least.cost, card.currency) : ""}</td>
+            <td class="n"><RiskOf choice={c} /></td>
             <td>{c.refused ? <span class="quiet">no: {c.refused}</span> : c.chosen ? "yes, chosen" : "yes"}</td>
           </tr>))}
         </tbody>

@@ -69,6 +69,7 @@ export interface Proposal {
 export interface LetBe { at_s: number; state: string; margin: number; members: number; margins: Margin[]; checks: number }
 export interface Choice {
   what: string; kind: string; by: string; cost: number; items: [string, number][]; refused: string; chosen: boolean;
+  certificate: Certificate | null;
 }
 export interface Refusal { at_s: number; what: string; why: string }
 export interface Acted { at_s: number; strategy: string; reason: string; moves: Move[]; stands: boolean }

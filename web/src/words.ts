@@ -58,6 +58,11 @@ export function percent(share: number): string {
   return `${value >= 1 || value === 0 ? value.toFixed(0) : value.toPrecision(2)} %`;
 }
 
+// A bound: never rounded to less than it is.
+export function atMost(share: number): string {
+  return `${(Math.ceil(1000 * share - 1e-9) / 10).toFixed(1)} %`;
+}
+
 export function span(seconds: number): string {
   const whole = Math.max(0, Math.round(seconds));
   if (whole < 120) return `${whole} s`;

@@ -14,12 +14,17 @@ Hand check: 1 % at 95 % takes 299 draws without a violation where their number i
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
+from homeostat.agents.no_worse import worse
+from homeostat.agents.reliance import Bench
 from homeostat.domain.plant.limits import Limit
+from homeostat.domain.recovery import ActionSet
 from homeostat.domain.verdict import Rollout
 from homeostat.process.types import Flags
+from homeostat.twin.twin import Interruption
 
 _SHAPE = 0.5
 """First parameter of the mixture; the second one is 1 / required."""
@@ -60,6 +65,28 @@ def _edge(inside: Callable[[float], bool], within: float, without: float) -> flo
 
 def _log_beta(a: float, b: float) -> float:
     return math.lgamma(a) + math.lgamma(b) - math.lgamma(a + b)
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """What is commanded where something is done, or left alone."""
+
+    actions: ActionSet
+    """At once."""
+    ended: Interruption | None = None
+    """What ends it; None where it is to last."""
+    beside: ActionSet | None = None
+    """The fallback, where it violates a limit as well: only what does worse than it counts then."""
+
+
+def counted(course: Course, rollout: Rollout, by: Bench) -> Flags:
+    """Members of the ``rollout`` of a ``course`` that count as violations, shape (members,)."""
+    if course.beside is None:
+        return violated(rollout, by.limits.watched.hard)
+    outside = violated(rollout, by.limits.hard)
+    if not outside.any():
+        return outside
+    return outside & worse(rollout, by.roll_out(course.beside, None), by.limits, by.scales, by.tick_s)
 
 
 def violated(rollout: Rollout, limits: Iterable[Limit]) -> Flags:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol, TypeAlias
 
+from homeostat.agents.certificates import Course
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.reliance import Relying
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
@@ -195,6 +196,13 @@ class Simulation(Protocol):
 
     async def relied_on(self, diagnosis: Diagnosis, asked: Relying, rollout: Rollout) -> tuple[Finding, ...]:
         """Why what is ``asked``, which does what ``rollout`` says, counts on actuators that nobody has seen move."""
+        ...
+
+    async def violations(self, diagnosis: Diagnosis, courses: Sequence[Course], draws: int) -> tuple[int | None, ...]:
+        """How many of so many ``draws``, the same for all and seen by nobody, count against each of the ``courses``.
+
+        None for one whose rollout does not come to its end.
+        """
         ...
 
     async def sensitivities(

@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Mapping, Sequence
 
+from homeostat.agents.certificates import Course, counted
 from homeostat.agents.checks import rollout_findings, target_finding, target_name
 from homeostat.agents.hypotheses import plausible
 from homeostat.agents.pricing import Pricing
@@ -28,6 +29,7 @@ class TwinSimulation:
     def __init__(self, twin: Twin, tags: Mapping[str, Tag], limits: Limits, pricing: Pricing | None = None) -> None:
         """``twin`` is shared with monitoring, which keeps it up to date; without ``pricing`` no cost is told."""
         self._pricing = pricing
+        self._asked = 0
         self._twin = twin
         self._limits = limits
         self._scales = {name: tag.scale for name, tag in tags.items()}
@@ -53,6 +55,27 @@ class TwinSimulation:
         twin, hypotheses = self._twin.frozen(), plausible(diagnosis)
         bench = Bench.of(twin, hypotheses, self._limits, self._units)
         return (await asyncio.to_thread(relied_on, asked, rollout, bench)).findings
+
+    async def violations(self, diagnosis: Diagnosis, courses: Sequence[Course], draws: int) -> tuple[int | None, ...]:
+        """Over hypotheses and parameters that are drawn for this question alone."""
+        self._asked += 1
+        twin, hypotheses = self._twin.frozen(), plausible(diagnosis)
+        return await asyncio.to_thread(self._count, twin, hypotheses, courses, draws, f"list/{self._asked}")
+
+    def _count(
+        self, twin: Twin, hypotheses: tuple[Hypothesis, ...], courses: Sequence[Course], draws: int, name: str
+    ) -> tuple[int | None, ...]:
+        try:
+            members = twin.sampled(hypotheses, draws, name)
+        except ProcessError:
+            return (None,) * len(courses)
+        bench = Bench.of(twin, hypotheses, self._limits, self._units, members)
+        found: list[int | None] = []
+        for course in courses:
+            rollout = bench.roll_out(course.actions, course.ended)
+            whole = rollout.result is RolloutResult.COMPLETED
+            found.append(int(counted(course, rollout, bench).sum()) if whole else None)
+        return tuple(found)
 
     async def sensitivities(
         self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]

@@ -1,8 +1,9 @@
-"""Alternatives: everything that could be done now, with what it costs, in one list."""
+"""Alternatives: everything that could be done now, with what it costs and how safe it is, in one list."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 
+from homeostat.domain.certificate import Certificate
 from homeostat.domain.cost import Cost
 
 
@@ -43,6 +44,9 @@ class Alternative:
     """Whether the search bettered the numbers of whoever proposed it."""
     seconds: float = 0.0
     """How long a wait, a hold or a test lasts before the plant is looked at again [s]; 0 for what is to last."""
+
+    certificate: Certificate | None = None
+    """How likely it is to violate a hard limit, on draws that nothing was chosen by; None where nobody counted."""
 
     @property
     def admitted(self) -> bool:

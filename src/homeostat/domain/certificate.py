@@ -1,5 +1,6 @@
 """Certificate: what so many rollouts say about the probability that a hard limit is violated, or more than need be."""
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -21,6 +22,11 @@ class Certificate:
     """Confidence with which it holds [1]."""
     beside: bool = False
     """Whether the fallback violates a limit as well, so that only what does worse than it is counted."""
+
+    @property
+    def percent(self) -> str:
+        """:attr:`bound` in percent, never rounded to less than it is."""
+        return f"{math.ceil(1000.0 * self.bound - 1e-9) / 10.0:.1f}"
 
     @property
     def told(self) -> str:

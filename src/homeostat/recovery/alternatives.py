@@ -1,12 +1,16 @@
 """Alternatives of one recovery: what was found so far, and which of it costs least."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Self
 
+from homeostat.agents.certificates import Course
 from homeostat.agents.roles import Approved
 from homeostat.domain.alternative import Alternative, AlternativeKind
+from homeostat.domain.certificate import Certificate
 from homeostat.domain.events.recovery import Compared
-from homeostat.recovery.choices import Choice, Testing, Waiting
+from homeostat.domain.recovery import ActionSet
+from homeostat.recovery.choices import Choice, Testing, Waiting, course
 
 LITTLE = 0.02
 """A better proposal is not waited for where the best costs no more than this share of the design production [1]."""
@@ -17,25 +21,25 @@ class Alternatives:
 
     def __init__(
         self,
-        given: tuple[Alternative, ...],
+        given: Sequence[tuple[Alternative, Course]],
         currency: str,
         well: bool = False,
         first: bool = False,
         pressed: bool = False,
     ) -> None:
-        """``given``: what may be done without a proposal; ``well``: left alone, the plant does what is asked of it.
+        """``given``: what may be done without a proposal, and what it commands.
 
-        ``first``: the first that is approved will do, as where every step is asked for; ``pressed``: something must be
-        done, or the fallback acts.
+        ``well``: left alone, the plant does what is asked of it; ``first``: the first that is approved will do, as
+        where every step is asked for; ``pressed``: something must be done, or the fallback acts.
         """
-        self._given, self._currency, self.well, self._first = given, currency, well, first
+        self._given, self._currency, self.well, self._first = list(given), currency, well, first
         self._pressed = pressed
         self._found: list[tuple[Alternative, Choice]] = []
 
     @property
     def leave(self) -> Alternative | None:
         """Leaving the plant alone, where that may be done."""
-        return next((a for a in self._given if a.kind is AlternativeKind.LEAVE and a.admitted), None)
+        return next((a for a, _ in self._given if a.kind is AlternativeKind.LEAVE and a.admitted), None)
 
     @property
     def lacking(self) -> bool:
@@ -45,7 +49,7 @@ class Alternatives:
     @property
     def dear(self) -> Approved | None:
         """What would be released although leaving the plant alone costs less, because that may not go on for ever."""
-        best, left = self.best, [a for a in self._given if a.kind is AlternativeKind.LEAVE]
+        best, left = self.best, [a for a, _ in self._given if a.kind is AlternativeKind.LEAVE]
         if not self._pressed or not isinstance(best, Approved) or best.for_s or best.beside is not None:
             return None
         return best if left and best.cost.total > left[0].cost.total else None
@@ -89,9 +93,20 @@ class Alternatives:
         """Digests of what the release check or the guard refused."""
         return frozenset(a.digest for a, _ in self._found if not a.admitted)
 
+    def uncertified(self, rest: ActionSet) -> list[Course]:
+        """What is commanded under each that has no certificate, those given first; ``rest`` goes on meanwhile."""
+        given = [commanded for a, commanded in self._given if a.certificate is None]
+        return [*given, *(course(found, rest) for a, found in self._found if a.certificate is None)]
+
+    def certify(self, certificates: Sequence[Certificate | None]) -> None:
+        """The certificates of what was :meth:`uncertified`, in the same order."""
+        new = iter(certificates)
+        self._given = [(_certified(a, new), commanded) for a, commanded in self._given]
+        self._found = [(_certified(a, new), found) for a, found in self._found]
+
     def event(self, chosen: str) -> Compared:
         """The list, the cheapest first; ``chosen`` is the digest of what is done, empty where nothing is."""
-        every = sorted((*self._given, *(a for a, _ in self._found)), key=lambda a: a.cost.total)
+        every = sorted((a for a, _ in (*self._given, *self._found)), key=lambda a: a.cost.total)
         return Compared(self._currency, tuple(every), chosen)
 
 
@@ -105,6 +120,11 @@ def told(found: Choice) -> str:
     one = _alternative(found)
     lasting = f" for {one.seconds:g} s" if one.seconds else ""
     return f"{one.kind.value} {one.name}{lasting} by {one.proposer}"
+
+
+def _certified(alternative: Alternative, new: Iterator[Certificate | None]) -> Alternative:
+    """The alternative with the next of the ``new`` certificates, unless it has one."""
+    return alternative if alternative.certificate is not None else replace(alternative, certificate=next(new))
 
 
 def _alternative(found: Choice) -> Alternative:

@@ -95,5 +95,7 @@ class RiskBounds:
     """Most rollouts of one check; what they do not decide is refused. 0: nothing is drawn, and nothing certified."""
     batch: int = 128
     """Rollouts after which is looked whether they suffice."""
+    listed: int = 64
+    """Rollouts by which everything that could be done instead is compared; 0 for none."""
     shared_s: float = 900.0
     """Process time within which checks that are in vain share the error [s]."""

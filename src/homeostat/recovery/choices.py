@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from homeostat.agents.certificates import Course
 from homeostat.agents.roles import Approved, Probe
 from homeostat.domain.cost import Cost
-from homeostat.domain.recovery import FallbackStrategy
+from homeostat.domain.recovery import ActionSet, FallbackStrategy
 from homeostat.domain.verdict import Approve
 from homeostat.twin.twin import Interruption
 
@@ -26,6 +27,10 @@ class Waiting:
     """Who proposed it."""
     cost: Cost
     """What both parts are expected to cost."""
+    ended: Interruption
+    """What follows, and when."""
+    beside: ActionSet | None = None
+    """The fallback at once, where it violates a limit as well; None where nothing is violated."""
     nuisance: tuple[str, ...] = ()
     """Permissives and guards that refuse what follows now and will not then; empty where it is waited for another
     reason."""
@@ -59,3 +64,14 @@ class Testing:
 
 Choice: TypeAlias = Approved | Waiting | Testing
 """What may be chosen from the list of a recovery."""
+
+
+def course(found: Choice, rest: ActionSet) -> Course:
+    """What is commanded where it is chosen; ``rest`` is what goes on while nothing is."""
+    match found:
+        case Waiting():
+            return Course(rest, found.ended, found.beside)
+        case Testing():
+            return Course(found.admitted.probe.actions, found.admitted.ended)
+        case Approved():
+            return Course(found.actions, found.ended, found.beside)

@@ -175,7 +175,7 @@ class Judging:
         if not isinstance(verdict, Approve) or cost is None:
             return Judged(attempt, None)
         digest = action_digest("wait", [seconds], [rest.digest, then.part.actions.digest])
-        return Judged(attempt, Waiting(seconds, then.name, digest, verdict, by, cost, nuisance))
+        return Judged(attempt, Waiting(seconds, then.name, digest, verdict, by, cost, ended, None, nuisance))
 
     async def postponement(
         self, by: str, number: int, situation: Situation, seconds: float, answer_s: float = math.inf
@@ -202,7 +202,7 @@ class Judging:
         if not isinstance(verdict, Approve) or cost is None:
             return Judged(attempt, None)
         digest = action_digest("wait", [seconds], [rest.digest, fallback.digest])
-        return Judged(attempt, Waiting(seconds, then.name, digest, verdict, by, cost))
+        return Judged(attempt, Waiting(seconds, then.name, digest, verdict, by, cost, ended, fallback))
 
     async def test(self, by: str, number: int, situation: Situation, probe: Probe, follow: Follow | None) -> Judged:
         """A test move, as the prober judges it; what knowing more is worth is taken off what it costs."""

@@ -9,7 +9,7 @@ from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.plant.tag import Tag
 from homeostat.domain.plant.timing import REFERENCE, Timing
 from homeostat.domain.recovery import FallbackStrategy
-from homeostat.recovery.bounds import Budget, InterventionBounds
+from homeostat.recovery.bounds import Budget, InterventionBounds, RiskBounds
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,5 +42,7 @@ class Bounds:
     """What one recovery may take."""
     intervention: InterventionBounds = field(default_factory=InterventionBounds)
     """How eagerly a plant is improved that may also be left alone."""
+    risk: RiskBounds = field(default_factory=RiskBounds)
+    """How sure it must be that no hard limit is violated."""
     every_step: bool = False
     """Whether proposers are asked in every state that the plant enters, also where nothing is wrong."""

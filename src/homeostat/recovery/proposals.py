@@ -10,6 +10,7 @@ from homeostat.domain.events.recovery import GaveUp
 from homeostat.domain.verdict import momentary
 from homeostat.recovery.alternatives import Alternatives, digest_of, told
 from homeostat.recovery.beside_fallback import BesideFallback
+from homeostat.recovery.certifying import Certifying
 from homeostat.recovery.choices import Waiting
 from homeostat.recovery.deliberation import Deliberation
 from homeostat.recovery.judging import Judging
@@ -42,6 +43,7 @@ class Proposals:
             Postponing(scene, judging, rules.timing),
         )
         self._beside = BesideFallback(scene, judging)
+        self._certifying = Certifying(scene, agents.simulation, bounds.risk)
         self._improvements, self._last_s = bounds.intervention.improvements, bounds.budget.last_s
         self._every_step, self._passing = bounds.every_step, set(rules.passing)
         self._decided: list[str] = []
@@ -81,6 +83,7 @@ class Proposals:
                 await self._nuisances.add_to(alternatives, situation, tried, end)
             await self._postpone(every, alternatives, situation, end)
             best = alternatives.best
+            await self._certifying.add_to(alternatives, situation.diagnosis, end)
             self._scene.record(alternatives.event(digest_of(best)))
             if best is None:
                 if alternatives.leave is not None and not isinstance(reason, TimeoutError):

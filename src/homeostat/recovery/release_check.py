@@ -9,10 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from homeostat.agents.certificates import interval, violated
+from homeostat.agents.certificates import Course, counted, interval
 from homeostat.agents.checks import judge, judge_passing, rollout_findings
 from homeostat.agents.hypotheses import plausible
-from homeostat.agents.no_worse import judge_no_worse, worse
+from homeostat.agents.no_worse import judge_no_worse
 from homeostat.agents.reliance import Bench, Relied, Relying, relied_on
 from homeostat.agents.roles import Approved
 from homeostat.domain.certificate import Certificate
@@ -24,7 +24,6 @@ from homeostat.domain.request import Request, Seal
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import NOT_YET, Approve, Finding, Revise, Rollout, RolloutResult, Verdict, Violating
 from homeostat.guard.requests.permissives import refusal
-from homeostat.process.types import Flags
 from homeostat.recovery.bounds import RiskBounds
 from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Twin
@@ -102,7 +101,9 @@ class ReleaseCheck:
                 )
         else:  # what is released for a while is judged until it is over for sure
             verdict = judge_passing(found.actions, rollout, self._limits, self._tags, found.path)
-        if isinstance(verdict, Approve) and (unseen := self._relied_on(twin, found, hypotheses, rollout).findings):
+        if isinstance(verdict, Approve) and (
+            unseen := _relied_on(found, rollout, self._bench(twin, hypotheses)).findings
+        ):
             verdict = Revise(unseen)
         if isinstance(verdict, Approve):
             spent = self._spent.setdefault(diagnosis.faulty, [])
@@ -115,17 +116,8 @@ class ReleaseCheck:
         """The checks before it have come to their end, and share the error with no later one."""
         self._spent.pop(diagnosis.faulty, None)
 
-    def _relied_on(
-        self,
-        twin: Twin,
-        found: Approved,
-        hypotheses: tuple[Hypothesis, ...],
-        rollout: Rollout,
-        members: Ensemble | None = None,
-    ) -> Relied:
-        """Whether it counts on actuators that nobody has seen move, in the ``members`` of ``rollout``."""
-        asked = Relying(found.actions, found.path.commanded_states, found.instead, found.ended)
-        return relied_on(asked, rollout, Bench.of(twin, hypotheses, self._limits, self._scales, members))
+    def _bench(self, twin: Twin, hypotheses: tuple[Hypothesis, ...], members: Ensemble | None = None) -> Bench:
+        return Bench.of(twin, hypotheses, self._limits, self._scales, members)
 
     def _certify(
         self,
@@ -143,6 +135,7 @@ class ReleaseCheck:
         kept it from being written. One with whose share no draws could show anything is not made, and has no share.
         """
         risk, draws, violations, beside = self._risk, 0, 0, found.beside is not None
+        course = Course(found.actions, found.ended, found.beside)
         if not risk.most:
             return approval
         spent_s[:] = [at_s for at_s in spent_s if now_s - at_s <= risk.shared_s]
@@ -157,12 +150,13 @@ class ReleaseCheck:
         worst: dict[str, Finding] = {}
         while draws < risk.most:
             members = twin.sampled(hypotheses, risk.batch, f"{number}/{draws // risk.batch}")
-            rollout = twin.roll_out(found.actions, hypotheses, found.ended, members)
+            bench = self._bench(twin, hypotheses, members)
+            rollout = bench.roll_out(found.actions, found.ended)
             if rollout.result is not RolloutResult.COMPLETED:
                 return Revise((refusal("CHK-ROLLOUT", f"{rollout.result.value} {rollout.note}"),))
             draws += len(rollout.weights)
-            unseen = self._relied_on(twin, found, hypotheses, rollout, members)
-            violations += int((self._counted(twin, found, hypotheses, members, rollout) | unseen.members).sum())
+            unseen = _relied_on(found, rollout, bench)
+            violations += int((counted(course, rollout, bench) | unseen.members).sum())
             low, high = interval(draws, violations, level, risk.required)
             if high <= risk.required:
                 spent_s.remove(now_s)
@@ -173,23 +167,11 @@ class ReleaseCheck:
                     worst[f.criterion] = f
             if low > risk.required:
                 break
-        counted = Certificate(draws, violations, high, level, beside)
-        text = f"{violations} of {draws} rollouts {counted.told}: at most {high:.2g} with {level:.1%} confidence"
+        shown = Certificate(draws, violations, high, level, beside)
+        text = f"{violations} of {draws} rollouts {shown.told}: at most {high:.2g} with {level:.1%} confidence"
         text, told = f"{text}; {risk.required:g} is admitted", Violating(violations, draws, violations / draws)
         refused = Finding(RISK, Owner.ACTION, risk.required - high, "1", 0.0, 0, text, None, told)
         return Revise((refused, *worst.values()))
-
-    def _counted(
-        self, twin: Twin, found: Approved, hypotheses: tuple[Hypothesis, ...], members: Ensemble, rollout: Rollout
-    ) -> Flags:
-        """Members that violate a hard limit, shape (members,); beside a fallback only those that do worse than it."""
-        if found.beside is None:
-            return violated(rollout, self._limits.watched.hard)
-        outside = violated(rollout, self._limits.hard)
-        if not outside.any():
-            return outside
-        fallback = twin.roll_out(found.beside, hypotheses, members=members)
-        return outside & worse(rollout, fallback, self._limits, self._scales, self._twin.timing.tick_s)
 
     def _request(self, found: Approved, diagnosis: Diagnosis, checked_s: float) -> Request:
         self._count += 1
@@ -207,6 +189,11 @@ class ReleaseCheck:
             UNSEALED,
         )
         return self._seal(request, checked_s)
+
+
+def _relied_on(found: Approved, rollout: Rollout, bench: Bench) -> Relied:
+    """Whether it counts on actuators that nobody has seen move, in the members of ``rollout``."""
+    return relied_on(Relying(found.actions, found.path.commanded_states, found.instead, found.ended), rollout, bench)
 
 
 def digest_of(diagnosis: Diagnosis) -> str:

@@ -3,6 +3,7 @@
 import asyncio
 from dataclasses import replace
 
+from homeostat.agents.certificates import Course
 from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Agents, NoAdmissiblePlan
 from homeostat.domain.alternative import Alternative, AlternativeKind
@@ -191,13 +192,16 @@ class RecoveryLoop:
             reason = "" if stance is Stance.IMPROVE else "a step is asked for, or the way back"
             if stance is Stance.ACT:
                 reason = min(verdict.findings, key=lambda f: f.margin).message
-            given.append(Alternative(AlternativeKind.LEAVE, look.state, look.cost, reason))
+            given.append(
+                (Alternative(AlternativeKind.LEAVE, look.state, look.cost, reason), Course(self._scene.now.rest))
+            )
         first = armed.fallback
         if first is not None and first.rollout.weights:
             cost = self._pricing.of(first.rollout, first.strategy.actions.states, releases=1)
             reason = (
                 "it acts where nothing else may be done" if isinstance(first.verdict, Approve) else "it does not help"
             )
-            given.append(Alternative(AlternativeKind.FALLBACK, first.strategy.name, cost, reason))
+            falling = Alternative(AlternativeKind.FALLBACK, first.strategy.name, cost, reason)
+            given.append((falling, Course(first.strategy.actions)))
         well, currency = stance is Stance.IMPROVE and look.fine, self._pricing.prices.currency
-        return Alternatives(tuple(given), currency, well, self._every_step, stance is Stance.ACT)
+        return Alternatives(given, currency, well, self._every_step, stance is Stance.ACT)

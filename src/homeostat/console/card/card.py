@@ -160,7 +160,8 @@ class Proposal:
     checks: int
     """Permissives and other conditions that were judged beside them."""
     certificate: Certificate | None
-    """What so many rollouts say; None where the record does not say."""
+    """What so many rollouts say: the release check's once it is released, the list's before; None where the record
+    does not say."""
     foresight: Foresight | None = None
     """What the twin foresees of it, from the release check; None where it has not come so far."""
     beside: Foresight | None = None
@@ -203,6 +204,8 @@ class Choice:
     """Why it may not be done; empty where it may."""
     chosen: bool
     """Whether it was chosen."""
+    certificate: Certificate | None
+    """How likely it is to violate a hard limit; None where the record does not say."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -265,7 +265,7 @@ def _choice(alternative: Alternative, compared: Compared, plant: PlantDescriptio
     items = sorted(((i.name, i.amount) for i in alternative.cost.items if i.amount > 0.05), key=lambda i: -i[1])[:4]
     chosen = bool(compared.chosen) and alternative.digest == compared.chosen
     named = alternative.kind.value, by, alternative.cost.total, tuple(items), plainly(alternative.refused)
-    return Choice(what, *named, chosen)
+    return Choice(what, *named, chosen, alternative.certificate)
 
 
 def _refusals(episode: Episode, plant: PlantDescription) -> Iterator[Refusal]:

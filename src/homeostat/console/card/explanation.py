@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from homeostat.console.card.card import Card, Explanation, LetBe, Move, PredictedMargin, Proposal
 from homeostat.console.card.foresight import Foresight
+from homeostat.domain.certificate import Certificate
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,11 +157,14 @@ def _safe(card: Card) -> Iterator[str]:
     if proposal.checks:
         yield f"{proposal.checks} permissives and targets were judged beside them"
     if proposal.certificate is not None:
-        c = proposal.certificate
-        violated = f"{c.violations} of {c.draws} draws {c.told}"
-        yield f"{violated}: at most {_percent(c.bound)}, with {_percent(c.level)} confidence"
+        yield _certified(proposal.certificate)
     if proposal.foresight is not None:
         yield from _foreseen(proposal.foresight)
+
+
+def _certified(shown: Certificate) -> str:
+    violated = f"{shown.violations} of {shown.draws} draws {shown.told}"
+    return f"{violated}: at most {shown.percent} %, with {_percent(shown.level)} confidence"
 
 
 def _without_action(let_be: LetBe) -> Iterator[str]:
@@ -195,7 +199,8 @@ def _costs(card: Card) -> Iterator[str]:
     for choice in card.choices:
         by = f" by {choice.by}" if choice.by else ""
         admitted = f", not admitted: {choice.refused}" if choice.refused else ", chosen" if choice.chosen else ""
-        yield f"{choice.what}{by} {choice.cost:.1f} {card.currency}{admitted}"
+        shown = f" ({_certified(choice.certificate)})" if choice.certificate is not None else ""
+        yield f"{choice.what}{by} {choice.cost:.1f} {card.currency}{shown}{admitted}"
 
 
 def _acted(card: Card) -> Iterator[str]:

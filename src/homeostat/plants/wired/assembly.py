@@ -341,5 +341,5 @@ def _recovery(plant: Plant, exchange: Exchange, outside: Outside, seed: int, arr
     passing = frozenset(mode.name for mode in d.fault_modes if mode.effect is not None)  # nobody knows that it lasts
     known = PlantRules(d.machine, d.limits, plant.prices, rules.fallbacks, d.scales, tags, passing, d.timing)
     check = ReleaseCheck(twin, d.limits, tags, outside.sealer.seal, rules.configuration, plant.risk)
-    bounds = Bounds(arrangement.budget.for_ticks(d.timing.tick_s), plant.intervention, stepwise)
+    bounds = Bounds(arrangement.budget.for_ticks(d.timing.tick_s), plant.intervention, plant.risk, stepwise)
     return RecoveryLoop(exchange, agents, known, check, bounds, trace)

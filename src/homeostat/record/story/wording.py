@@ -64,7 +64,7 @@ def commands(orders: Iterable[Command], plant: PlantDescription) -> str:
 
 
 def compared(event: Compared) -> str:
-    """What could be done, the cheapest first, each with its cost, and why it may not be done where it may not."""
+    """What could be done, the cheapest first, with cost and certificate, and why some of it may not be done."""
     return "; ".join(_alternative(a, event.currency) for a in event.alternatives)
 
 
@@ -78,6 +78,8 @@ def _alternative(alternative: Alternative, currency: str) -> str:
     elif alternative.kind is not AlternativeKind.LEAVE:
         what = f"{end} by {by}"
     text = f"{what} {alternative.cost.total:.1f} {currency}"
+    if (certificate := alternative.certificate) is not None:
+        text = f"{text}, risk at most {certificate.percent} %{' beside the fallback' * certificate.beside}"
     return text if alternative.admitted else f"{text} (not admitted: {alternative.refused})"
 
 
