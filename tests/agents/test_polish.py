@@ -37,6 +37,20 @@ def polished(actions: ActionSet, path: RecoveryPath = PATH) -> ActionSet:
     return asyncio.run(search().polish(now(), path, actions))
 
 
+def test_a_controller_of_a_stuck_actuator_is_held_by_hand_whoever_proposes_and_stays_there() -> None:
+    """On automatic it would go to the end of its range, and the valve with it once it is mended."""
+    mine = proposed(0.02)
+    assert (order := mine.command("V2.man")) is not None and order.value is None
+    found = asyncio.run(search().tracked(now(), PATH, mine))
+    held = found.command("V2.man")
+    assert held is not None and held.value is not None and 0.05 < held.value < 0.95
+    assert [c for c in found.commands if c.tag != "V2.man"] == [c for c in mine.commands if c.tag != "V2.man"]
+    assert command_findings(found, STATE, D.tags_by_name) == ()
+    assert asyncio.run(search().tracked(now(), PATH, found)) is found, "nothing winds up behind it any more"
+    better = polished(found)
+    assert better.command("V2.man") == held and total(better) < total(mine)
+
+
 def total(actions: ActionSet) -> float:
     """Cost with the penalties of what is missing, on the members that refinement uses."""
     twin = follow(stuck()[:NOW_S]).frozen()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -83,8 +83,11 @@ def test_a_bug_in_who_may_only_improve_leaves_the_plant_as_it_is_and_recovery_go
 class Polish:
     """Implements `homeostat.agents.roles.Polishing`: gives one answer, fails, or never answers."""
 
-    def __init__(self, answer: ActionSet | BaseException | None) -> None:
-        self._answer = answer
+    def __init__(
+        self, answer: ActionSet | BaseException | None, tracked: Mapping[str, ActionSet | BaseException] | None = None
+    ) -> None:
+        """``tracked``: digest -> the same by hand."""
+        self._answer, self._tracked = answer, tracked or {}
 
     async def polish(self, situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
         if self._answer is None:
@@ -93,6 +96,12 @@ class Polish:
         if isinstance(self._answer, BaseException):
             raise self._answer
         return self._answer
+
+    async def tracked(self, situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
+        by_hand = self._tracked.get(actions.digest, actions)
+        if isinstance(by_hand, BaseException):
+            raise by_hand
+        return by_hand
 
 
 @pytest.mark.parametrize(
@@ -105,6 +114,20 @@ def test_numbers_that_are_bettered_lose_nothing(answer: ActionSet | None, releas
     assert by(done) == [("scripted", released.digest)] and len(asked(done)) == attempts
     listed = {a.digest: a.polished for a in done.trace.of(Compared)[0].alternatives if a.proposer}
     assert listed[SAVING.digest] is False and listed.get(GOOD.digest, True) is True
+
+
+def test_what_is_held_by_hand_is_judged_and_released_and_what_the_search_proposes_is_left_to_it() -> None:
+    polish = Polish(SAVING, {BAD.digest: SAVING, HELD.digest: BAD})
+    done = doomed(BAD, others=(thorough(ScriptedAction(HELD), "hold", NO_OTHER),), polishing=polish).run()
+    tried = [(a.proposer, a.digest) for a in done.trace.of(Attempted)]
+    assert tried[:2] == [("scripted", SAVING.digest), ("thorough", HELD.digest)] and by(done)
+
+
+@pytest.mark.parametrize("how", FAILURES)
+def test_what_cannot_be_held_by_hand_loses_nothing_that_another_one_found(how: str) -> None:
+    polish = Polish(SAVING, {SAVING.digest: FAILURES[how][0]})
+    done = doomed(SAVING, others=(thorough(ScriptedAction(HELD), "hold", NO_OTHER),), polishing=polish).run()
+    assert by(done) == [("thorough", HELD.digest)] and done.handed_over == []
 
 
 @pytest.mark.parametrize("how", FAILURES)

@@ -178,6 +178,10 @@ class Polishing(Protocol):
         """The cheapest near ``actions`` on the same ``path``; themselves where nothing is."""
         ...
 
+    async def tracked(self, situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
+        """``actions`` by which no controller of a stuck actuator winds up; themselves where none would."""
+        ...
+
 
 class Simulation(Protocol):
     """Tries action sets on the twin."""

@@ -183,6 +183,8 @@ class Deliberation:
         actions = await self._unless_it_hangs(proposer.action.act(situation, path, advice))
         if isinstance(actions, Revise):
             return refused(actions)
+        if self._agents.polishing is not None and not proposer.thorough:
+            actions = await self._unless_it_hangs(self._agents.polishing.tracked(situation, path, actions))
         if (again := _said_before(advice, kind, seconds, actions.digest)) is not None:
             return refused(Revise((repetition_finding(again),)), actions)
         situation = await self._scene.fresh(situation)

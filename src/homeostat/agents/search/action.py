@@ -134,9 +134,23 @@ class SearchAction:
         if (instead := self._returning.instead(situation, path)) is not None:
             return instead
         found = await asyncio.to_thread(self._search, twin, space, situation, dict(advice.required))
-        told = await asyncio.to_thread(tracking, self._plant, twin, found, stuck, partial(self._total, twin))
+        told = await self._tracked(twin, found, stuck)
         self._told = told, found
         return told
+
+    async def tracked(self, situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
+        """``actions`` by which no controller of a stuck actuator is on automatic; themselves along a route.
+
+        Nothing winds up behind what stands by hand: that is left where somebody put it.
+        """
+        if path.awaited:
+            return actions
+        automatic = {c.tag for c in actions.commands if c.value is None}
+        stuck = {tag: at for tag, at in held(self._plant, situation).items() if tag in automatic}
+        return await self._tracked(self._twin.frozen(), actions, stuck) if stuck else actions
+
+    async def _tracked(self, twin: Twin, actions: ActionSet, stuck: Mapping[str, float]) -> ActionSet:
+        return await asyncio.to_thread(tracking, self._plant, twin, actions, stuck, partial(self._total, twin))
 
     def margins(self, actions: ActionSet) -> dict[str, float]:
         """Name of everything that forbids -> least margin, in its unit, over all members that ``actions`` were last
@@ -147,10 +161,15 @@ class SearchAction:
         return self._cost.margins(np.min(rows, axis=0)) if rows else {}
 
     async def polish(self, situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
-        """The cheapest near ``actions`` on the same ``path``; themselves where nothing is, and along a route."""
+        """The cheapest near ``actions`` on the same ``path``; themselves where nothing is, and along a route.
+
+        Where the output of a stuck actuator stands by hand is no matter of cost, and stays.
+        """
         if path.awaited:
             return actions
-        space = SearchSpace(path.machine.state(path.target), self._tags)
+        stuck = held(self._plant, situation)
+        stays = {c.tag: c.value for c in actions.commands if c.tag in stuck and c.value is not None}
+        space = search_space(self._plant, path.machine.state(path.target), stays)
         start = space.point(actions)
         if start is None:
             return actions
