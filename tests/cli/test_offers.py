@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from homeostat.cli.offers import Offers
+from homeostat.domain.alternative import Alternative, AlternativeKind
+from homeostat.domain.certificate import Certificate
+from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.events.guard import Armed, RequestAnswered
-from homeostat.domain.events.recovery import Attempted, Diagnosed
+from homeostat.domain.events.recovery import Attempted, Compared, Diagnosed
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
@@ -62,6 +66,26 @@ def test_a_request_is_listed_with_all_that_a_person_decides_by(tmp_path: Path) -
         "            C +32 K (ACC-C)",
         "            and 2 more, all further from their limits",
     ]
+
+
+@pytest.mark.parametrize(
+    ("certificate", "told"),
+    [
+        (Certificate(64, 0, 0.04941, 0.95), ["  risk      at most 5.0 % (0 of 64 draws violate a hard limit)"]),
+        (Certificate(64, 3, 0.19, 0.95, True), ["  risk      at most 19.0 % (3 of 64 draws do worse than the fallback, "
+                                                "which violates a hard limit as well)"]),
+        (None, []),
+    ],
+)  # fmt: skip
+def test_how_likely_harm_is_stands_above_the_margins(
+    tmp_path: Path, certificate: Certificate | None, told: list[str]
+) -> None:
+    one = Alternative(AlternativeKind.RELEASE, "reduced > held", Cost((), 30.0), "", "search", "d1")
+    other = replace(one, digest="d0", certificate=Certificate(64, 64, 1.0, 0.95))
+    compared = Compared("EUR", (replace(one, certificate=certificate), other), "d1"), 2007.0
+    lines = listed(tmp_path, *ASKED[:-1], compared, ASKED[-1])
+    assert [line for line in lines if line.startswith("  risk")] == told
+    assert all(lines[lines.index(line) + 1].startswith("  margins") for line in told)
 
 
 def test_a_plant_that_is_not_known_here_is_decided_on_by_names_and_margins(tmp_path: Path) -> None:

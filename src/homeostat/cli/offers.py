@@ -6,9 +6,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from homeostat.domain.certificate import Certificate
 from homeostat.domain.diagnosis import FaultProbability, by_fault_set
 from homeostat.domain.events.guard import Armed
-from homeostat.domain.events.recovery import Attempted
+from homeostat.domain.events.recovery import Attempted, Compared
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import Criterion, Limit
 from homeostat.domain.recovery import Command
@@ -31,6 +32,8 @@ class Offers:
     """The oldest first."""
     attempts: dict[str, Attempted]
     """Digest -> how it was judged on the twin."""
+    certificates: dict[str, Certificate]
+    """Digest -> how likely it is to violate a hard limit."""
     believed: tuple[FaultProbability, ...]
     """Probabilities of faults as last diagnosed, most probable first."""
     armed: Armed | None
@@ -46,6 +49,7 @@ class Offers:
         return cls(
             waiting(records),
             {attempt.digest: attempt for attempt in run.attempts if attempt.approved},
+            {a.digest: a.certificate for one in run.of_kind(Compared) for a in one.alternatives if a.certificate},
             by_fault_set(diagnosed[-1][1].hypotheses) if diagnosed else (),
             armed[-1] if armed else None,
             records[-1].at_s if records else 0.0,
@@ -65,6 +69,9 @@ class Offers:
                 continue
             yield _row("leads to", f"{attempt.path[-1]}, by {' > '.join(attempt.path)}" if attempt.path else "no state")
             yield _row("commands", ", ".join(_command(c, plant) for c in attempt.commands) or "none")
+            if (certificate := self.certificates.get(request.digest)) is not None:
+                counted = f"{certificate.violations} of {certificate.draws} draws {certificate.told}"
+                yield _row("risk", f"at most {certificate.percent} % ({counted})")
             for name, text in zip(("margins", *[""] * MOST), _margins(attempt.findings, plant), strict=False):
                 yield _row(name, text)
 

@@ -10,9 +10,9 @@ from typing import Self, final
 from homeostat.journal.beside.files import JOURNAL, MANIFEST
 from homeostat.journal.beside.manifest import Manifest, Summary, manifest_of, write_manifest
 from homeostat.journal.chain import GENESIS, Chain, digest
-from homeostat.journal.events import Event, Resumed, Setting, Subscriber
+from homeostat.journal.events import Event, Resumed, Setting, Signed, Subscriber
 from homeostat.journal.listeners import Listeners
-from homeostat.journal.reading import BrokenChain, scan
+from homeostat.journal.reading import BrokenChain, skim
 from homeostat.journal.signing.keys import SigningKey
 from homeostat.journal.signing.signatures import Signatures
 from homeostat.journal.signing.signing import Signer
@@ -55,10 +55,12 @@ class Journal:
             raise FileExistsError(f"the run in {str(path.parent)!r} was closed; begin another one")
         count, size, last, at_s = 0, 0, GENESIS, Chain().at_s
         signatures = Signatures(() if key is None else (key.public,))
-        for line in scan(path):
-            if problem := signatures.follow(line.record, last):
-                raise BrokenChain(problem, count)
-            count, size, last, at_s = count + 1, size + len(line.raw) + 1, digest(line.raw), line.record.at_s
+        for line in skim(path, (Signed.kind,)):
+            if line.record is not None:
+                if problem := signatures.follow(line.record, last):
+                    raise BrokenChain(problem, count)
+                at_s = line.record.at_s  # of the last line in the end
+            count, size, last = count + 1, size + len(line.raw) + 1, digest(line.raw)
         journal = cls.__new__(cls)
         journal.directory, journal._path = path.parent, path
         journal._file = os.open(path, os.O_WRONLY | os.O_APPEND)

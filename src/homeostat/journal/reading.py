@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -15,6 +16,9 @@ from homeostat.journal.encode import Json, canonical
 
 FORMER: Final = {"departed": "deviated", "left-as-is": "no-action", "fell-back": "fallback-activated"}
 """Name of an event before format 3 -> its name."""
+_HEAD: Final = re.compile(
+    rb'\{"seq":([1-9][0-9]{0,17}),"prev":"([0-9a-f]{64})","at_s":-?[0-9][0-9.e+-]*,"event":"([^"\\\\]+)"'
+)
 
 
 class BrokenChain(ValueError):
@@ -52,13 +56,26 @@ class Line:
     """Its bytes without the newline."""
 
 
-def read_events(run_dir: Path | str) -> Iterator[Record]:
-    """The events of the run in ``run_dir``, in order.
+@dataclass(frozen=True, slots=True)
+class Skimmed:
+    """A line that follows, and was read where somebody asked for its kind."""
+
+    record: Record | None
+    """What it says; None where nobody asked."""
+    raw: bytes
+    """Its bytes without the newline."""
+
+
+def read_events(run_dir: Path | str, kinds: Collection[str] | None = None) -> Iterator[Record]:
+    """The events of the run in ``run_dir``, in order; where ``kinds`` are given those of these, and the last one.
 
     Stops before a torn last line, which a killed run may leave; `homeostat.journal.verify` tells whether the run is
     complete. Raises FileNotFoundError where there is no journal, BrokenChain at the first line that does not follow.
     """
-    return (line.record for line in scan(Path(run_dir) / JOURNAL))
+    path = Path(run_dir) / JOURNAL
+    if kinds is None:
+        return (line.record for line in scan(path))
+    return (line.record for line in skim(path, kinds) if line.record is not None)
 
 
 def scan(path: Path) -> Iterator[Line]:
@@ -72,6 +89,31 @@ def scan(path: Path) -> Iterator[Line]:
             record = follow(number, raw, last)
             last = digest(raw)
             yield Line(record, raw)
+
+
+def skim(path: Path, kinds: Collection[str]) -> Iterator[Skimmed]:
+    """As :func:`scan`, of a long journal of which only some ``kinds`` are wanted: of the rest the chain is followed.
+
+    The last line is read whatever it is: no other confirms it. That the rest is written as a run writes it is not
+    looked at; the digest that the next line carries is.
+    """
+    last, number, asked = GENESIS, 0, frozenset(kinds)
+    with path.open("rb") as file:
+        ended = file.readline()
+        while ended.endswith(b"\n"):
+            raw, ended, number = ended[:-1], file.readline(), number + 1
+            head = _HEAD.match(raw)
+            skipped = (
+                head is not None
+                and ended.endswith(b"\n")
+                and int(head[1]) == number
+                and head[2].decode() == last
+                and FORMER.get(kind := head[3].decode("ascii", "replace"), kind) not in asked
+            )
+            record = None if skipped else follow(number, raw, last)
+            last = digest(raw)
+            wanted = record is None or record.kind in asked or not ended.endswith(b"\n")
+            yield Skimmed(record if wanted else None, raw)
 
 
 def parse(line: bytes) -> Record:

@@ -44,6 +44,10 @@ class Waiting:
     """Process time at which it is void [s]; None where the record is too old to say."""
 
 
+WAITING: Final = frozenset({GuardStarted.kind, RequestAnswered.kind})
+"""Kinds of the events that say what waits for a person."""
+
+
 def waiting(events: Iterable[Record]) -> tuple[Waiting, ...]:
     """Requests that ``events``, in order, leave waiting for a person, the oldest first."""
     found: dict[str, Waiting] = {}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Final
 
 from homeostat.domain.events.writes import Cause
 from homeostat.guard.writing.flight import PUT_RIGHT
@@ -151,3 +151,5 @@ _FOLDS: Mapping[str, Any] = {
     "trip-lifted": lambda t, f: replace(t, lifting={**t.lifting, str(f["limit"]): float(f["until_s"])}),
     "trip-lift-ended": _lift_ended,
 }
+OF_TRIALS: Final = frozenset(_FOLDS)
+"""Kinds of the events that it is made of."""

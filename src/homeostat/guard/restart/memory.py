@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 from homeostat.domain.events.writes import Cause, WriteResult
 from homeostat.domain.mode import Mode
 from homeostat.domain.recovery import Command
 from homeostat.domain.request import RequestStatus
-from homeostat.guard.fallback.trial import Trial
+from homeostat.guard.fallback.trial import OF_TRIALS, Trial
 from homeostat.guard.writing.flight import PUT_RIGHT
 
 LOCAL = "local control"
@@ -294,3 +294,5 @@ _FOLDS: Mapping[str, Any] = {
     "request-answered": _answered,
     "person-heard": lambda m, f: replace(m, orders=(*m.orders, str(f["command"]))[-REMEMBERED:]),
 }
+FOLDED: Final = OF_TRIALS.union(_FOLDS)
+"""Kinds of the events that it is made of."""

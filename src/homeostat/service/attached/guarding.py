@@ -118,6 +118,7 @@ def guard(attaching: Attaching, pulse: int) -> int:
             guarding = _Guarding(attaching, directory, records)
         except (OSError, ValueError) as trouble:
             return _refused(trouble)
+        del records  # months of them: what counts is remembered
         guarding.source.alive = alive
         waiting.append(guarding.source)
         while not stopping:

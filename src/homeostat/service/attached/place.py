@@ -9,7 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+from homeostat.domain.events.people import ModeEntered
 from homeostat.domain.mode import Role
+from homeostat.guard.restart.memory import FOLDED
 from homeostat.journal import Record, Resumed, RunStarted, Setting, read_events
 from homeostat.journal.beside.files import JOURNAL, MANIFEST
 from homeostat.journal.reading import parse
@@ -126,6 +128,10 @@ def open_again(directory: Path) -> None:
     (directory / MANIFEST).unlink(missing_ok=True)
 
 
+RECALLED: Final = FOLDED | {RunStarted.kind, Resumed.kind, ModeEntered.kind}
+"""Kinds of the events that say where a guard stood, and what it was attached with."""
+
+
 def past(directory: Path) -> tuple[Record, ...]:
-    """Everything that the journal holds."""
-    return tuple(read_events(directory))
+    """What the journal says of where the guard stood, and its last event: months of the rest are followed, not read."""
+    return tuple(read_events(directory, RECALLED))
