@@ -22,6 +22,8 @@ from homeostat.plants.plant import Plant
 
 LIKELY = (0.85, 0.95)
 """What counts as said with 90 % [1]."""
+MOST_CPU_S = {"cstr": 10.0}
+"""Plant -> what a run of 6,000 s with one cause may take of the processor, without start and figure [s]."""
 WITHIN = 0.05
 """How far a share may be from the probability that is stated [1]."""
 
@@ -188,6 +190,10 @@ def _of_operation(study: Study) -> Iterator[Bar]:
     poor = Share(sum(one.alone_safe for one in unknown), len(poorer(unknown, SAME_LOSS)))
     yield _at_most("runs that lose more production than left alone, where that is safe", 0.05, poor, runs)
     yield _none("the same by more than 10 points", len(poorer(unknown, 0.1)), runs)
+    if (most_s := MOST_CPU_S.get(study.plant.name)) is not None:
+        typical = median(one.cpu_s for one in unknown) if unknown else math.nan
+        text = "processor time of a run with one cause, median, on the host of this page"
+        yield Bar(text, f"<= {most_s:g} s", f"{typical:.1f} s", typical <= most_s, runs)
     harmless, runs = study.operated(HARMLESS), study.runs_operated(HARMLESS)
     yield _none("harmless runs with a write", sum(one.writes > 0 for one in harmless), runs)
     yield _none("harmless runs with a name at 0.5 or more, everything on", sum(bool(x.names) for x in harmless), runs)

@@ -305,3 +305,17 @@ def test_no_process_is_no_study(capsys: pytest.CaptureFixture[str], monkeypatch:
     with pytest.raises(SystemExit):
         main()
     assert "--jobs 0 must be at least 1 process" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("cpu_s", "judged"), [((4.0, 9.0, 60.0), "yes"), ((4.0, 11.0, 12.0), "**no**"), ((), "not measured")]
+)
+def test_what_a_run_costs_stands_beside_what_it_may(cpu_s: tuple[float, ...], judged: str) -> None:
+    plant = load_plant("cstr")
+    asked = [j for j in jobs(plant, ["unknown"], [], [401], "plant") if not j.cause.known]
+    runs = [Operated(j.name, 0.0, True, 0.0, 0, 0, 1, (), "no_action", s) for j, s in zip(asked, cpu_s, strict=False)]
+    found = {bar.text: bar for bar in bars(Study(plant, asked, [], runs))}
+    bar = next(bar for text, bar in found.items() if text.startswith("processor time"))
+    assert (bar.asked, bar.judgement) == ("<= 10 s", judged)
+    mixer = load_plant(MIXER)
+    assert not any(b.text.startswith("processor") for b in bars(Study(mixer, [], [], [])))
