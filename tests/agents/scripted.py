@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 
 from homeostat.agents.certificates import Course
 from homeostat.agents.reliance import Relying
@@ -139,8 +139,11 @@ class ScriptedSimulation:
     async def relied_on(self, diagnosis: Diagnosis, asked: Relying, rollout: Rollout) -> tuple[Finding, ...]:
         return ()
 
-    async def violations(self, diagnosis: Diagnosis, courses: Sequence[Course], draws: int) -> tuple[int | None, ...]:
-        return (0,) * len(courses)
+    async def violations(
+        self, diagnosis: Diagnosis, courses: Sequence[Course], draws: int
+    ) -> AsyncIterator[int | None]:
+        for _ in courses:
+            yield 0
 
     async def sensitivities(
         self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]

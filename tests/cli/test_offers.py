@@ -12,6 +12,7 @@ from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.certificate import Certificate
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import FaultState, Hypothesis
+from homeostat.domain.events.foresight import Foreseen
 from homeostat.domain.events.guard import Armed, RequestAnswered
 from homeostat.domain.events.recovery import Attempted, Compared, Diagnosed
 from homeostat.domain.plant.limits import Owner
@@ -86,6 +87,35 @@ def test_how_likely_harm_is_stands_above_the_margins(
     lines = listed(tmp_path, *ASKED[:-1], compared, ASKED[-1])
     assert [line for line in lines if line.startswith("  risk")] == told
     assert all(lines[lines.index(line) + 1].startswith("  margins") for line in told)
+
+
+def test_what_was_said_of_the_same_commands_before_is_not_said_of_them_now(tmp_path: Path) -> None:
+    """Digests are of contents: months ago the same may have been safe."""
+    old = Alternative(
+        AlternativeKind.RELEASE, "x", Cost((), 30.0), "", "search", "d1", certificate=Certificate(64, 0, 0.05, 0.95)
+    )
+    now = replace(old, certificate=None)
+    lists = [(Compared("EUR", (one,), "d1"), at_s) for one, at_s in ((old, 100.0), (now, 2007.0))]
+    lines = listed(tmp_path, ASKED[0], lists[0], *ASKED[1:-1], lists[1], ASKED[-1])
+    assert not any(line.startswith("  risk") for line in lines)
+
+
+def test_what_the_release_check_says_stands_in_place_of_what_the_list_says(tmp_path: Path) -> None:
+    one = Alternative(
+        AlternativeKind.RELEASE, "x", Cost((), 30.0), "", "search", "d1", certificate=Certificate(64, 0, 0.05, 0.95)
+    )
+    checked = Foreseen("d1", 2007.0, 900.0, 36, certificate=Certificate(512, 0, 0.0041, 0.96))
+    lines = listed(tmp_path, *ASKED[:-1], (Compared("EUR", (one,), "d1"), 2006.5), (checked, 2007.0), ASKED[-1])
+    assert "  risk      at most 0.41 % (0 of 512 draws violate a hard limit)" in lines
+
+
+@pytest.mark.parametrize(
+    ("bound", "told"),
+    [(1.0, "100.0"), (0.04941, "5.0"), (0.05, "5.0"), (0.0101, "1.1"), (0.00991, "1.00"), (0.0041, "0.41"),
+     (0.00009, "0.0090"), (0.0000901, "0.0091"), (0.0, "0.0")],
+)  # fmt: skip
+def test_a_bound_is_never_rounded_to_less_than_it_is(bound: float, told: str) -> None:
+    assert Certificate(64, 0, bound, 0.95).percent == told
 
 
 def test_a_plant_that_is_not_known_here_is_decided_on_by_names_and_margins(tmp_path: Path) -> None:

@@ -58,7 +58,9 @@ def test_the_proposal_has_every_margin_cost_and_command_of_the_journal(recovered
     proposal = card.proposal
     assert proposal is not None and proposal.released_s is None
     listed = next(a.certificate for a in compared.alternatives if a.digest == tried.digest)
-    assert listed is not None and proposal.certificate == listed, "whoever is asked for a yes knows how safe it is"
+    released = first(recovered, ReleasedActions)[1]
+    assert isinstance(released, ReleasedActions) and listed is not None
+    assert proposal.certificate == released.certificate, "whoever is asked for a yes knows how safe it is"
     mine = {f.criterion: f if f.deciding is None else f.deciding for f in tried.findings}
     margins = {
         f.criterion: (mine[f.criterion].margin, mine[f.criterion].unit, f.at_s, f.member) for f in tried.findings

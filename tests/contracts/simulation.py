@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -69,10 +70,14 @@ class SimulationContract:
         self, simulation: Simulation, diagnosis: Diagnosis, actions: ActionSet
     ) -> None:
         courses = [Course(actions), Course(actions, Interruption(30.0, actions)), Course(actions)]
-        found = asyncio.run(simulation.violations(diagnosis, courses, 8))
-        assert len(found) == 3 and all(k is not None and 0 <= k <= 8 for k in found)
-        assert found[0] == found[2], "the draws are the same for all"
-        assert asyncio.run(simulation.violations(diagnosis, (), 8)) == ()
+
+        async def found(of: Sequence[Course]) -> list[int | None]:
+            return [each async for each in simulation.violations(diagnosis, of, 8)]
+
+        first, ended, again = asyncio.run(found(courses))
+        assert all(k is not None and 0 <= k <= 8 for k in (first, ended, again))
+        assert first == again, "the draws are the same for all"
+        assert asyncio.run(found(())) == []
 
     def test_instrument_errors_are_finite_and_never_empty(self, simulation: Simulation, diagnosis: Diagnosis) -> None:
         errors = simulation.instrument_errors(diagnosis)

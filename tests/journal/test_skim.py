@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from homeostat.domain.events.people import ModeEntered
 from homeostat.guard.restart.memory import FOLDED, Memory
-from homeostat.journal import BrokenChain, Journal, Record, read_events
+from homeostat.journal import BrokenChain, Journal, Record, Setting, read_events
 from homeostat.journal.reading import scan, skim
-from homeostat.service.attached.place import past
+from homeostat.service.attached.place import changed, past
 from tests.console.conftest import recovered_run as recovered_run
 from tests.journal.forgery import lines_of, rewrite
 from tests.journal.samples import write_open_run
@@ -48,6 +49,14 @@ def test_an_empty_journal_has_nothing(tmp_path: Path) -> None:
     assert list(read_events(tmp_path, ())) == []
 
 
+def broken(read: Callable[[], object]) -> bool:
+    try:
+        read()
+    except BrokenChain:
+        return True
+    return False
+
+
 @given(st.data(), st.sampled_from([(), KINDS[:1], KINDS[1:2]]))
 @on_one_file
 def test_a_byte_that_was_altered_is_noticed_wherever_it_is(
@@ -62,10 +71,10 @@ def test_a_byte_that_was_altered_is_noticed_wherever_it_is(
     whole[at] = data.draw(st.integers(0, 255).filter(lambda byte: byte != whole[at]))
     path = tmp_path / JOURNAL
     path.write_bytes(bytes(whole))
-    with pytest.raises(BrokenChain):
-        list(scan(path))
-    with pytest.raises(BrokenChain):
-        list(skim(path, kinds))
+    followed = broken(lambda: list(skim(path, kinds)))
+    assert followed == broken(lambda: list(scan(path)))
+    confirmed = at < whole.rstrip(b"\n").rfind(b"\n")  # nothing confirms the last line: a letter of a text may differ
+    assert followed or not confirmed
 
 
 @pytest.mark.parametrize("kinds", [(), KINDS[1:2]])
@@ -89,6 +98,11 @@ def test_a_guard_remembers_the_same_of_what_it_reads(recovered_run: Path) -> Non
     every, read = tuple(read_events(recovered_run)), past(recovered_run)
     assert Memory.of(read) == Memory.of(every) and read[-1] == every[-1] and len(read) < len(every)
     assert {record.kind for record in every if record.kind in FOLDED} <= {record.kind for record in read}
+    for stated in (every[0].fields["configuration"][:2], [Setting("python", "2.7"), Setting("new", True)]):
+        chosen = tuple(s if isinstance(s, Setting) else Setting(s["name"], s["value"]) for s in stated)
+        assert changed(read, chosen) == changed(every, chosen)
+    modes = [record for record in every if record.kind == ModeEntered.kind]
+    assert modes and modes == [record for record in read if record.kind == ModeEntered.kind]
 
 
 def test_a_journal_is_gone_on_with_behind_its_last_line(tmp_path: Path) -> None:

@@ -135,7 +135,16 @@ def test_each_alternative_is_certified_once() -> None:
     made.certify(later)
     assert [a.certificate for a in made.event("").alternatives] == [later[1], first[0], later[0], first[1]]
     made.refuse(cheap, "not now")
-    assert made.uncertified(rest) == [] and made.anew().uncertified(rest) == [], "what was given is given with it"
+    assert made.uncertified(rest) == []
+    anew = made.anew()
+    assert anew.uncertified(rest) == [RESTING, RESTING], "what was drawn is of where the plant stood"
+    assert [a.certificate for a in anew.event("").alternatives] == [None, None]
+
+
+def test_what_goes_on_by_itself_is_what_goes_on_when_it_is_asked() -> None:
+    made = Alternatives([(left(2.0), None), (FELL, RESTING)], "EUR")
+    later = feed(HALF, "reduced")
+    assert made.uncertified(later) == [Course(later), RESTING]
 
 
 amounts = st.floats(-5.0, 20.0)

@@ -2,30 +2,41 @@
 
 from __future__ import annotations
 
+import asyncio
+import math
 import threading
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
 
 from homeostat.agents.certificates import interval
+from homeostat.agents.simulation import TwinSimulation
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.certificate import Certificate
-from homeostat.domain.diagnosis import Hypothesis
+from homeostat.domain.cost import Cost
+from homeostat.domain.diagnosis import Diagnosis, Hypothesis
 from homeostat.domain.events.recovery import Compared
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.verdict import Rollout, RolloutResult
 from homeostat.guard.requests.permissives import refusal
+from homeostat.journal.memory import MemoryTrace
 from homeostat.process.batch import ProcessError
+from homeostat.recovery.alternatives import Alternatives
 from homeostat.recovery.bounds import RiskBounds
+from homeostat.recovery.certifying import Certifying
 from homeostat.recovery.plant_rules import Bounds
+from homeostat.recovery.scene import Scene
 from homeostat.twin.twin import Interruption
-from tests.recovery.desk import Recovery
-from tests.recovery.line import GOOD, LineTwin
+from tests.recovery.desk import AT_ONCE, Graph, Recovery, ScriptedDesk, ticks
+from tests.recovery.line import BAD, GOOD, LIMITS, TAGS, LineTwin
 from tests.recovery.rivals import LATENCY, by, doomed
+from tests.safety.world import reading
 
 LISTED = RiskBounds().listed
+NOTHING = Diagnosis(10.0, (), (Hypothesis((), 1.0),))
 
 
 class ListedTwin(LineTwin):
@@ -34,9 +45,11 @@ class ListedTwin(LineTwin):
     def __init__(self) -> None:
         super().__init__()
         self.drawn: list[tuple[str, int]] = []
-        self.holds, self.raises = threading.Event(), False
+        self.holds = threading.Event()
+        self.raises: Exception | None = None
         self.holds.set()
         self.breaks: ActionSet | None = None
+        self.hangs_after = math.inf
 
     def frozen(self) -> ListedTwin:
         return self
@@ -45,8 +58,8 @@ class ListedTwin(LineTwin):
         if name.startswith("list/"):
             self.drawn.append((name, count))
             self.holds.wait(10.0)
-            if self.raises:
-                raise ProcessError("a draw cannot be where the plant is")
+            if self.raises is not None:
+                raise self.raises
         return count
 
     def roll_out(
@@ -57,6 +70,10 @@ class ListedTwin(LineTwin):
         members: int | None = None,
     ) -> Rollout:
         made = super().roll_out(actions, hypotheses, ended, members)
+        if members == LISTED:
+            self.hangs_after -= 1
+            if self.hangs_after < 0:
+                time.sleep(2.0)
         if members == LISTED and actions == self.breaks:
             return replace(made, result=RolloutResult.BROKE_DOWN, weights=())
         return made
@@ -125,9 +142,48 @@ def test_what_the_twin_cannot_roll_out_has_no_certificate_and_the_rest_has() -> 
     assert found[AlternativeKind.LEAVE].certificate is not None
 
 
+def test_what_is_in_when_time_is_over_stands_in_the_list() -> None:
+    twin = ListedTwin()
+    twin.hangs_after = 1
+    found = listed(doomed(GOOD, line=twin, bounds=LATENCY).run())
+    assert found[AlternativeKind.LEAVE].certificate is not None, "it was counted first"
+    assert found[AlternativeKind.RELEASE].certificate is None
+
+
 def test_draws_that_cannot_be_made_cost_no_release() -> None:
     twin = ListedTwin()
-    twin.raises = True
+    twin.raises = ProcessError("a draw cannot be where the plant is")
     done = doomed(GOOD, line=twin).run()
-    assert by(done) == [("scripted", GOOD.digest)]
+    assert by(done) == [("scripted", GOOD.digest)] and done.alarms == []
     assert all(a.certificate is None for a in listed(done).values())
+
+
+@pytest.mark.parametrize("bug", [MemoryError("no room"), ZeroDivisionError("a mean of nothing")])
+def test_what_people_are_only_to_read_ends_no_recovery(bug: Exception) -> None:
+    twin = ListedTwin()
+    twin.raises = bug
+    done = doomed(GOOD, line=twin).run()
+    assert by(done) == [("scripted", GOOD.digest)] and done.handed_over == []
+    assert all(a.certificate is None for a in listed(done).values())
+    assert done.alarms == [("recovery:certificates", f"risks of what could be done are not known: {bug!r}")]
+
+
+def test_a_fallback_that_is_to_act_waits_for_no_certificate() -> None:
+    twin = ListedTwin()
+    done = doomed(BAD, line=twin, bounds=AT_ONCE).run()
+    assert len(done.handed_over) == 1 and twin.drawn == []
+
+
+def test_nothing_is_drawn_when_time_is_over() -> None:
+    twin = ListedTwin()
+    twin.observe(reading(50.0))
+    simulation = TwinSimulation(twin, TAGS, LIMITS)  # type: ignore[arg-type]
+    alternatives = Alternatives([(Alternative(AlternativeKind.LEAVE, "running", Cost((), 1.0)), None)], "EUR")
+
+    async def late() -> None:
+        scene = Scene(ScriptedDesk(ticks(1, 2)), simulation, Graph(), MemoryTrace())  # type: ignore[arg-type]
+        scene.take(ticks(1, 2))
+        await Certifying(scene, simulation, RiskBounds()).add_to(alternatives, NOTHING, -1.0)
+
+    asyncio.run(late())
+    assert twin.drawn == [] and alternatives.event("").alternatives[0].certificate is None

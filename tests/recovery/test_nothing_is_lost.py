@@ -16,7 +16,7 @@ from homeostat.domain.events.recovery import Attempted, Compared, GaveUp, NoActi
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.snapshot import Snapshot
-from homeostat.domain.verdict import Approve, Revise, RolloutResult
+from homeostat.domain.verdict import REPEATED, Approve, Revise, RolloutResult
 from homeostat.guard.requests.permissives import refusal
 from homeostat.guard.requests.seal import Sealer
 from homeostat.recovery.release_check import Checked, ReleaseCheck
@@ -121,6 +121,21 @@ def test_what_is_held_by_hand_is_judged_and_released_and_what_the_search_propose
     done = doomed(BAD, others=(thorough(ScriptedAction(HELD), "hold", NO_OTHER),), polishing=polish).run()
     tried = [(a.proposer, a.digest) for a in done.trace.of(Attempted)]
     assert tried[:2] == [("scripted", SAVING.digest), ("thorough", HELD.digest)] and by(done)
+
+
+def test_the_same_answer_is_the_same_proposal_however_it_is_held_by_hand() -> None:
+    """What its controller would do is worked out of readings, and differs by a little each time."""
+    polish = Polish(BAD, {BAD.digest: BAD})
+    places = iter((feed(0.97, "reduced"), feed(0.98, "reduced"), feed(0.99, "reduced")))
+
+    async def tracked(situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
+        return next(places)
+
+    polish.tracked = tracked  # type: ignore[method-assign]
+    done = doomed(BAD, BAD, BAD, polishing=polish).run()
+    first, *again = [each for each in done.trace.of(Attempted) if each.proposer == "scripted"]
+    assert all(each.digest == first.digest for each in again) and again
+    assert all([f.criterion for f in each.findings] == [REPEATED] for each in again)
 
 
 @pytest.mark.parametrize("how", FAILURES)

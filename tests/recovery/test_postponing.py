@@ -40,6 +40,14 @@ def test_the_longest_wait_that_is_as_safe_stands_in_the_list_and_is_taken() -> N
     assert one.kind is AlternativeKind.WAIT and one.seconds == 45.0
 
 
+def test_a_wait_counts_beside_the_fallback_only_where_that_violates_a_limit_as_well() -> None:
+    sound = at_a_loss().run()
+    (compared,) = sound.trace.of(Compared)
+    kinds = {a.kind: a.certificate for a in compared.alternatives}
+    wait, falls = kinds[AlternativeKind.WAIT], kinds[AlternativeKind.FALLBACK]
+    assert falls is not None and falls.violations == 0 and wait is not None and not wait.beside
+
+
 def test_the_fallback_stays_armed_with_its_time_to_act_by() -> None:
     done = at_a_loss().run()
     assert done.armed[-1].act_by_s is not None and not done.sent(NoAction)

@@ -58,9 +58,10 @@ export function percent(share: number): string {
   return `${value >= 1 || value === 0 ? value.toFixed(0) : value.toPrecision(2)} %`;
 }
 
-// A bound: never rounded to less than it is.
+// A bound, to two digits where it is small: never rounded to less than it is.
 export function atMost(share: number): string {
-  return `${(Math.ceil(1000 * share - 1e-9) / 10).toFixed(1)} %`;
+  const value = 100 * share, digits = value >= 1 || value <= 0 ? 1 : 1 - Math.floor(Math.log10(value));
+  return `${(Math.ceil(value * 10 ** digits - 1e-9) / 10 ** digits).toFixed(digits)} %`;
 }
 
 export function span(seconds: number): string {

@@ -1,6 +1,6 @@
 """The agents' roles: six protocols, and the agents that fill them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import AsyncIterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol, TypeAlias
@@ -202,10 +202,10 @@ class Simulation(Protocol):
         """Why what is ``asked``, which does what ``rollout`` says, counts on actuators that nobody has seen move."""
         ...
 
-    async def violations(self, diagnosis: Diagnosis, courses: Sequence[Course], draws: int) -> tuple[int | None, ...]:
+    def violations(self, diagnosis: Diagnosis, courses: Sequence[Course], draws: int) -> AsyncIterator[int | None]:
         """How many of so many ``draws``, the same for all and seen by nobody, count against each of the ``courses``.
 
-        None for one whose rollout does not come to its end.
+        One after the other; None for one whose rollout does not come to its end.
         """
         ...
 

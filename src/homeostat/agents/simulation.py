@@ -1,7 +1,7 @@
 """Simulation: action sets on the twin, under every plausible hypothesis."""
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import AsyncIterator, Mapping, Sequence
 
 from homeostat.agents.certificates import Course, counted
 from homeostat.agents.checks import rollout_findings, target_finding, target_name
@@ -56,26 +56,19 @@ class TwinSimulation:
         bench = Bench.of(twin, hypotheses, self._limits, self._units)
         return (await asyncio.to_thread(relied_on, asked, rollout, bench)).findings
 
-    async def violations(self, diagnosis: Diagnosis, courses: Sequence[Course], draws: int) -> tuple[int | None, ...]:
+    async def violations(
+        self, diagnosis: Diagnosis, courses: Sequence[Course], draws: int
+    ) -> AsyncIterator[int | None]:
         """Over hypotheses and parameters that are drawn for this question alone."""
         self._asked += 1
-        twin, hypotheses = self._twin.frozen(), plausible(diagnosis)
-        return await asyncio.to_thread(self._count, twin, hypotheses, courses, draws, f"list/{self._asked}")
-
-    def _count(
-        self, twin: Twin, hypotheses: tuple[Hypothesis, ...], courses: Sequence[Course], draws: int, name: str
-    ) -> tuple[int | None, ...]:
+        twin, hypotheses, name = self._twin.frozen(), plausible(diagnosis), f"list/{self._asked}"
         try:
-            members = twin.sampled(hypotheses, draws, name)
+            members = await asyncio.to_thread(twin.sampled, hypotheses, draws, name)
         except ProcessError:
-            return (None,) * len(courses)
+            members = None
         bench = Bench.of(twin, hypotheses, self._limits, self._units, members)
-        found: list[int | None] = []
         for course in courses:
-            rollout = bench.roll_out(course.actions, course.ended)
-            whole = rollout.result is RolloutResult.COMPLETED
-            found.append(int(counted(course, rollout, bench).sum()) if whole else None)
-        return tuple(found)
+            yield None if members is None else await asyncio.to_thread(_violations, course, bench)
 
     async def sensitivities(
         self, diagnosis: Diagnosis, actions: ActionSet, states: Sequence[State], criteria: Sequence[str]
@@ -119,6 +112,12 @@ class TwinSimulation:
         if COST in wanted and self._pricing is not None:
             margins[COST] = self._pricing.of(rollout, actions.states, releases=1).total
         return margins
+
+
+def _violations(course: Course, bench: Bench) -> int | None:
+    """In how many members ``course`` counts as a violation; None where its rollout does not come to its end."""
+    rollout = bench.roll_out(course.actions, course.ended)
+    return int(counted(course, rollout, bench).sum()) if rollout.result is RolloutResult.COMPLETED else None
 
 
 def _neighbours(value: float, admitted: SetpointRange) -> tuple[float, float]:

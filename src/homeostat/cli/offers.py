@@ -9,13 +9,14 @@ from typing import Final
 from homeostat.domain.certificate import Certificate
 from homeostat.domain.diagnosis import FaultProbability, by_fault_set
 from homeostat.domain.events.guard import Armed
-from homeostat.domain.events.recovery import Attempted, Compared
+from homeostat.domain.events.recovery import Attempted
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import Criterion, Limit
 from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Record
+from homeostat.record.certified import certified
 from homeostat.record.run_record import RunRecord
 from homeostat.record.story.wording import probabilities, quantity
 from homeostat.service.answers import Waiting, waiting
@@ -33,7 +34,7 @@ class Offers:
     attempts: dict[str, Attempted]
     """Digest -> how it was judged on the twin."""
     certificates: dict[str, Certificate]
-    """Digest -> how likely it is to violate a hard limit."""
+    """Digest -> how likely it is to violate a hard limit, by whoever said so last."""
     believed: tuple[FaultProbability, ...]
     """Probabilities of faults as last diagnosed, most probable first."""
     armed: Armed | None
@@ -49,7 +50,7 @@ class Offers:
         return cls(
             waiting(records),
             {attempt.digest: attempt for attempt in run.attempts if attempt.approved},
-            {a.digest: a.certificate for one in run.of_kind(Compared) for a in one.alternatives if a.certificate},
+            {w.digest: found for w in waiting(records) if (found := certified(run.entries, w.digest)) is not None},
             by_fault_set(diagnosed[-1][1].hypotheses) if diagnosed else (),
             armed[-1] if armed else None,
             records[-1].at_s if records else 0.0,

@@ -25,8 +25,10 @@ class Certificate:
 
     @property
     def percent(self) -> str:
-        """:attr:`bound` in percent, never rounded to less than it is."""
-        return f"{math.ceil(1000.0 * self.bound - 1e-9) / 10.0:.1f}"
+        """:attr:`bound` in percent, to two digits where it is small, and never rounded to less than it is."""
+        share = 100.0 * self.bound
+        digits = 1 if share >= 1.0 or share <= 0.0 else 1 - math.floor(math.log10(share))
+        return f"{math.ceil(share * 10.0**digits - 1e-9) / 10.0**digits:.{digits}f}"
 
     @property
     def told(self) -> str:

@@ -9,7 +9,7 @@ from typing import Self, final
 
 from homeostat.journal.beside.files import JOURNAL, MANIFEST
 from homeostat.journal.beside.manifest import Manifest, Summary, manifest_of, write_manifest
-from homeostat.journal.chain import GENESIS, Chain, digest
+from homeostat.journal.chain import GENESIS, Chain
 from homeostat.journal.events import Event, Resumed, Setting, Signed, Subscriber
 from homeostat.journal.listeners import Listeners
 from homeostat.journal.reading import BrokenChain, skim
@@ -60,7 +60,7 @@ class Journal:
                 if problem := signatures.follow(line.record, last):
                     raise BrokenChain(problem, count)
                 at_s = line.record.at_s  # of the last line in the end
-            count, size, last = count + 1, size + len(line.raw) + 1, digest(line.raw)
+            count, size, last = count + 1, size + len(line.raw) + 1, line.digest
         journal = cls.__new__(cls)
         journal.directory, journal._path = path.parent, path
         journal._file = os.open(path, os.O_WRONLY | os.O_APPEND)

@@ -64,6 +64,8 @@ class Skimmed:
     """What it says; None where nobody asked."""
     raw: bytes
     """Its bytes without the newline."""
+    digest: str
+    """What the next line must carry."""
 
 
 def read_events(run_dir: Path | str, kinds: Collection[str] | None = None) -> Iterator[Record]:
@@ -113,7 +115,7 @@ def skim(path: Path, kinds: Collection[str]) -> Iterator[Skimmed]:
             record = None if skipped else follow(number, raw, last)
             last = digest(raw)
             wanted = record is None or record.kind in asked or not ended.endswith(b"\n")
-            yield Skimmed(record if wanted else None, raw)
+            yield Skimmed(record if wanted else None, raw, last)
 
 
 def parse(line: bytes) -> Record:

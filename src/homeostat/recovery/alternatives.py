@@ -21,13 +21,13 @@ class Alternatives:
 
     def __init__(
         self,
-        given: Sequence[tuple[Alternative, Course]],
+        given: Sequence[tuple[Alternative, Course | None]],
         currency: str,
         well: bool = False,
         first: bool = False,
         pressed: bool = False,
     ) -> None:
-        """``given``: what may be done without a proposal, and what it commands.
+        """``given``: what may be done without a proposal, and what it commands; None for what goes on by itself.
 
         ``well``: left alone, the plant does what is asked of it; ``first``: the first that is approved will do, as
         where every step is asked for; ``pressed``: something must be done, or the fallback acts.
@@ -61,8 +61,9 @@ class Alternatives:
         return best is None or (not self._first and best.cost.share > LITTLE)
 
     def anew(self) -> Self:
-        """The list without what was proposed."""
-        return type(self)(self._given, self._currency, self.well, self._first, self._pressed)
+        """The list without what was proposed, of a plant that has gone on: what was drawn is of where it stood."""
+        given = [(replace(a, certificate=None), commanded) for a, commanded in self._given]
+        return type(self)(given, self._currency, self.well, self._first, self._pressed)
 
     @property
     def lasting(self) -> Approved | None:
@@ -95,7 +96,7 @@ class Alternatives:
 
     def uncertified(self, rest: ActionSet) -> list[Course]:
         """What is commanded under each that has no certificate, those given first; ``rest`` goes on meanwhile."""
-        given = [commanded for a, commanded in self._given if a.certificate is None]
+        given = [commanded or Course(rest) for a, commanded in self._given if a.certificate is None]
         return [*given, *(course(found, rest) for a, found in self._found if a.certificate is None)]
 
     def certify(self, certificates: Sequence[Certificate | None]) -> None:

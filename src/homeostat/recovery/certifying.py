@@ -4,6 +4,7 @@ import asyncio
 
 from homeostat.agents.certificates import interval
 from homeostat.agents.roles import Simulation
+from homeostat.domain.alarm import Priority
 from homeostat.domain.certificate import Certificate
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.recovery.alternatives import Alternatives
@@ -12,6 +13,8 @@ from homeostat.recovery.scene import Scene
 
 SHARE = 0.1
 """Of the time that is left to release something, as much as this is spent on what people are to read [1]."""
+FAILED = "certificates"
+"""Alarm of a list that has none because counting breaks down."""
 
 
 class Certifying:
@@ -23,27 +26,36 @@ class Certifying:
     def __init__(self, scene: Scene, simulation: Simulation, risk: RiskBounds) -> None:
         """``risk`` says by how many draws, and how sure."""
         self._scene, self._simulation, self._risk = scene, simulation, risk
+        self._failed = False
 
     async def add_to(self, alternatives: Alternatives, diagnosis: Diagnosis, end: float) -> None:
-        """Give each of the ``alternatives`` a certificate that has none; none where it is not in before ``end`` [s].
+        """Give each of the ``alternatives`` a certificate that has none, as far as that is in before ``end`` [s].
 
-        ``end`` is when thinking is cut off, by the event loop's clock.
+        ``end`` is when thinking is cut off, by the event loop's clock. What is only to be read ends nothing: where
+        counting breaks down, the list has no certificates, and people are told.
         """
-        draws = min(self._risk.listed, self._risk.most)
+        draws, now = min(self._risk.listed, self._risk.most), asyncio.get_running_loop().time()
         courses = alternatives.uncertified(self._scene.now.rest)
-        if not draws or not courses:
+        if not draws or not courses or end <= now:
             return
-        now = asyncio.get_running_loop().time()
+        found: list[Certificate | None] = []
         try:
             async with asyncio.timeout_at(self._scene.cut(now + SHARE * (end - now))):
-                found = await self._simulation.violations(diagnosis, courses, draws)
+                async for violations in self._simulation.violations(diagnosis, courses, draws):
+                    beside = courses[len(found)].beside is not None
+                    found.append(None if violations is None else self._certificate(draws, violations, beside))
         except TimeoutError:
-            return
-        beside = [course.beside is not None for course in courses]
-        alternatives.certify([self._certificate(draws, *each) for each in zip(found, beside, strict=True)])
+            pass
+        except Exception as broken:
+            self._failed = True
+            self._scene.alarm(FAILED, f"risks of what could be done are not known: {broken!r}", Priority.LOW)
+        else:
+            if self._failed:
+                self._failed = False
+                self._scene.settle(FAILED)
+        alternatives.certify([*found, *[None] * (len(courses) - len(found))])
 
-    def _certificate(self, draws: int, violations: int | None, beside: bool) -> Certificate | None:
-        if violations is None:
-            return None
+    def _certificate(self, draws: int, violations: int, beside: bool) -> Certificate:
         level = self._risk.level
-        return Certificate(draws, violations, interval(draws, violations, level, self._risk.required)[1], level, beside)
+        bound = interval(draws, violations, level, self._risk.required)[1]
+        return Certificate(draws, violations, bound, level, beside)

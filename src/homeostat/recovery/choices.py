@@ -30,7 +30,7 @@ class Waiting:
     ended: Interruption
     """What follows, and when."""
     beside: ActionSet | None = None
-    """The fallback at once, where it violates a limit as well; None where nothing is violated."""
+    """The fallback, where it violates a limit even at once; None where it keeps them all."""
     nuisance: tuple[str, ...] = ()
     """Permissives and guards that refuse what follows now and will not then; empty where it is waited for another
     reason."""

@@ -43,6 +43,7 @@ class Deliberation:
         self.proposer = proposer
         self._scene, self._agents, self._machine, self._judging = scene, agents, machine, judging
         self._advice, self._number, self._most = Advice(), 0, most
+        self._by_hand: dict[str, ActionSet] = {}
 
     async def add_to(self, alternatives: Alternatives, situation: Situation, end: float, soon: float) -> None:
         """Propose until something is approved, a thorough proposer until nothing cheaper can be found.
@@ -184,7 +185,11 @@ class Deliberation:
         if isinstance(actions, Revise):
             return refused(actions)
         if self._agents.polishing is not None and not proposer.thorough:
-            actions = await self._unless_it_hangs(self._agents.polishing.tracked(situation, path, actions))
+            said = actions.digest
+            if said not in self._by_hand:
+                tracked = self._agents.polishing.tracked(situation, path, actions)
+                self._by_hand[said] = await self._unless_it_hangs(tracked)
+            actions = self._by_hand[said]  # the same answer is the same proposal, so that a repetition is noticed
         if (again := _said_before(advice, kind, seconds, actions.digest)) is not None:
             return refused(Revise((repetition_finding(again),)), actions)
         situation = await self._scene.fresh(situation)

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 
-from homeostat.agents.checks import Part, judge_parts
+from homeostat.agents.checks import Part, judge_parts, judge_safety
 from homeostat.agents.no_worse import comparable, judge_no_worse
 from homeostat.agents.postponed import judge_postponed
 from homeostat.agents.pricing import Pricing
@@ -202,7 +202,9 @@ class Judging:
         if not isinstance(verdict, Approve) or cost is None:
             return Judged(attempt, None)
         digest = action_digest("wait", [seconds], [rest.digest, fallback.digest])
-        return Judged(attempt, Waiting(seconds, then.name, digest, verdict, by, cost, ended, fallback))
+        keeps = isinstance(judge_safety(fallback, at_once, self._rules.limits), Approve)
+        found = Waiting(seconds, then.name, digest, verdict, by, cost, ended, None if keeps else fallback)
+        return Judged(attempt, found)
 
     async def test(self, by: str, number: int, situation: Situation, probe: Probe, follow: Follow | None) -> Judged:
         """A test move, as the prober judges it; what knowing more is worth is taken off what it costs."""

@@ -83,7 +83,8 @@ class Proposals:
                 await self._nuisances.add_to(alternatives, situation, tried, end)
             await self._postpone(every, alternatives, situation, end)
             best = alternatives.best
-            await self._certifying.add_to(alternatives, situation.diagnosis, end)
+            if best is not None or alternatives.leave is not None:  # else the fallback is to act, and waits for nobody
+                await self._certifying.add_to(alternatives, situation.diagnosis, end)
             self._scene.record(alternatives.event(digest_of(best)))
             if best is None:
                 if alternatives.leave is not None and not isinstance(reason, TimeoutError):

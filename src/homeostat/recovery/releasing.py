@@ -1,7 +1,7 @@
 """Releasing: from an approval over the release check to the guard, and what came of it."""
 
 import asyncio
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from homeostat.agents.roles import Approved
 from homeostat.domain.diagnosis import Diagnosis
@@ -70,13 +70,13 @@ class Releasing:
             findings = checked.verdict.violated if isinstance(checked.verdict, Revise) else ()
             scene.record(ReleaseRefused(proposer, actions.digest, findings))
             raise Refused(findings)
-        scene.record(foreseen(checked.rollout, self._limits, actions.digest))
+        certified = checked.verdict.certificate if isinstance(checked.verdict, Approve) else None
+        scene.record(replace(foreseen(checked.rollout, self._limits, actions.digest), certificate=certified))
         within_s = self._budget.person_s if scene.now.mode is Mode.APPROVE else self._budget.answer_s
         answer = await scene.ask(checked.request, within_s)
         if answer.status is RequestStatus.CONFIRMED:  # said before anything else is waited for: it may be overtaken
             if found.ended is None:  # what is held for a while or tried says nothing of what is released for good
                 self._check.confirmed(diagnosis)
-            certified = checked.verdict.certificate if isinstance(checked.verdict, Approve) else None
             scene.record(ReleasedActions.of(proposer, actions, margin, certified, found.for_s), answer.at_s)
         await scene.look()
         match answer.status:

@@ -187,14 +187,12 @@ class RecoveryLoop:
 
     def _given(self, stance: Stance, look: Look, verdict: Verdict, armed: TimeLeft) -> Alternatives:
         """What may be done without a proposal: leaving the plant alone, and the fallback that acts first."""
-        given = []
+        given: list[tuple[Alternative, Course | None]] = []
         if look.cost is not None:
             reason = "" if stance is Stance.IMPROVE else "a step is asked for, or the way back"
             if stance is Stance.ACT:
                 reason = min(verdict.findings, key=lambda f: f.margin).message
-            given.append(
-                (Alternative(AlternativeKind.LEAVE, look.state, look.cost, reason), Course(self._scene.now.rest))
-            )
+            given.append((Alternative(AlternativeKind.LEAVE, look.state, look.cost, reason), None))
         first = armed.fallback
         if first is not None and first.rollout.weights:
             cost = self._pricing.of(first.rollout, first.strategy.actions.states, releases=1)

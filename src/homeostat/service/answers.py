@@ -44,7 +44,7 @@ class Waiting:
     """Process time at which it is void [s]; None where the record is too old to say."""
 
 
-WAITING: Final = frozenset({GuardStarted.kind, RequestAnswered.kind})
+TELLING: Final = frozenset({GuardStarted.kind, RequestAnswered.kind})
 """Kinds of the events that say what waits for a person."""
 
 

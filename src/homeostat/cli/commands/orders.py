@@ -17,7 +17,7 @@ from homeostat.journal import Record, read_events
 from homeostat.knowledge.store.error import GraphError
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import load_plant
-from homeostat.service.answers import WAITING, Heard, Waiting, waiting
+from homeostat.service.answers import TELLING, Heard, Waiting, waiting
 from homeostat.service.attached.place import begins
 from homeostat.service.doors.asking import status
 from homeostat.service.inbox import refuse_unattended
@@ -68,7 +68,7 @@ def approve(options: argparse.Namespace) -> int:
         return 0
     if not options.digest:
         raise UsageError(f"say what you approve with --digest; 'homeostat approve {options.run}' lists the requests")
-    options.digest = _whole(options.digest, options.subject, waiting(read_events(run_dir, WAITING)))
+    options.digest = _whole(options.digest, options.subject, waiting(read_events(run_dir, TELLING)))
     return carry_out(options)
 
 

@@ -160,8 +160,8 @@ class Proposal:
     checks: int
     """Permissives and other conditions that were judged beside them."""
     certificate: Certificate | None
-    """What so many rollouts say: the release check's once it is released, the list's before; None where the record
-    does not say."""
+    """What so many rollouts say: those of the release check once it was made, those of the list before; None where the
+    record does not say."""
     foresight: Foresight | None = None
     """What the twin foresees of it, from the release check; None where it has not come so far."""
     beside: Foresight | None = None

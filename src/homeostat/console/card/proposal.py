@@ -10,12 +10,12 @@ from homeostat.console.opened import KnownPlant
 from homeostat.console.readings import Readings
 from homeostat.console.situation import situation
 from homeostat.domain.alternative import AlternativeKind
-from homeostat.domain.certificate import Certificate
-from homeostat.domain.events.recovery import Attempted, Compared, LaterStep, ReleasedActions, Remarked
+from homeostat.domain.events.recovery import Attempted, LaterStep, ReleasedActions, Remarked
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.recovery import Command
 from homeostat.domain.remark import RemarkKind
 from homeostat.journal.memory import Entry
+from homeostat.record.certified import certified
 from homeostat.record.run_record import RunRecord
 from homeostat.record.story.wording import who
 
@@ -65,17 +65,10 @@ def proposal(
         members=tried.members,
         margins=margins,
         checks=sum(f.criterion not in limits for f in tried.findings),
-        certificate=told[-1].certificate if told else _listed(entries, digest, judged_s),
+        certificate=certified(entries, digest, judged_s),
         foresight=with_actions(entries, digest, known),
         beside=beside(entries, digest, known),
     )
-
-
-def _listed(entries: Sequence[Entry], digest: str, since_s: float) -> Certificate | None:
-    """What the last list says of the action set with this ``digest``; None where none does."""
-    lists = [e.event for e in entries if isinstance(e.event, Compared) and e.at_s >= since_s]
-    found = [a.certificate for one in lists for a in one.alternatives if a.digest == digest]
-    return found[-1] if found else None
 
 
 def moves(commands: Iterable[Command], before: Sequence[Entry], plant: PlantDescription) -> tuple[Move, ...]:

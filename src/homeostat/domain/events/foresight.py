@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+from homeostat.domain.certificate import Certificate
+
 
 @dataclass(frozen=True, slots=True)
 class ForeseenBand:
@@ -57,3 +59,5 @@ class Foreseen:
     """The same of each limit that any member violates, the first one first."""
     note: str = ""
     """Why the twin cannot say; empty where it can."""
+    certificate: Certificate | None = None
+    """How likely what is about to be released is to violate a hard limit; None for what happens if nothing is done."""

@@ -283,7 +283,9 @@ class RiskTable(Table):
     level: Annotated[float, within(0.5, 0.9999, "(confidence)", "less is a guess")] | None = None
     most: Annotated[int, within(16, 100_000, "rollouts", "fewer bound nothing")] | None = None
     batch: Annotated[int, within(1, 4_096, "rollouts", "they are simulated at once")] | None = None
-    listed: Annotated[int, within(0, 4_096, "rollouts", "they are simulated at once")] | None = None
+    listed: (
+        Annotated[int, within(0, 512, "rollouts", "they are simulated at once, for all that could be done")] | None
+    ) = None
 
     @property
     def settings(self) -> RiskBounds:
