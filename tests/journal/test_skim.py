@@ -9,12 +9,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from homeostat.domain.events.people import ModeEntered
-from homeostat.guard.restart.memory import FOLDED, Memory
-from homeostat.journal import BrokenChain, Journal, Record, Setting, read_events
+from homeostat.journal import BrokenChain, Journal, Record, read_events
 from homeostat.journal.reading import scan, skim
-from homeostat.service.attached.place import changed, past
-from tests.console.conftest import recovered_run as recovered_run
 from tests.journal.forgery import lines_of, rewrite
 from tests.journal.samples import write_open_run
 
@@ -92,17 +88,6 @@ def test_a_former_name_is_asked_for_by_its_present_one() -> None:
     every = list(read_events(DATA / "format-1"))
     kinds = {"fallback-activated", "no-action", "deviated"}
     assert list(read_events(DATA / "format-1", kinds)) == [r for r in every if r.kind in kinds or r is every[-1]]
-
-
-def test_a_guard_remembers_the_same_of_what_it_reads(recovered_run: Path) -> None:
-    every, read = tuple(read_events(recovered_run)), past(recovered_run)
-    assert Memory.of(read) == Memory.of(every) and read[-1] == every[-1] and len(read) < len(every)
-    assert {record.kind for record in every if record.kind in FOLDED} <= {record.kind for record in read}
-    for stated in (every[0].fields["configuration"][:2], [Setting("python", "2.7"), Setting("new", True)]):
-        chosen = tuple(s if isinstance(s, Setting) else Setting(s["name"], s["value"]) for s in stated)
-        assert changed(read, chosen) == changed(every, chosen)
-    modes = [record for record in every if record.kind == ModeEntered.kind]
-    assert modes and modes == [record for record in read if record.kind == ModeEntered.kind]
 
 
 def test_a_journal_is_gone_on_with_behind_its_last_line(tmp_path: Path) -> None:

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from homeostat.journal import Journal, Resumed, RunStarted, Setting, Summary
+from homeostat.domain.events.people import ModeEntered
+from homeostat.guard.restart.memory import FOLDED, Memory
+from homeostat.journal import Journal, Resumed, RunStarted, Setting, Summary, read_events
 from homeostat.record.decode import decode
 from homeostat.service.attached.place import (
     AttachError,
@@ -20,6 +22,8 @@ from homeostat.service.attached.place import (
     past,
     refuse_unfit,
 )
+from tests.cli.command import homeostat_process
+from tests.cli.conftest import RECOVERY, once
 
 CHOSEN = (Setting("configuration", "c" * 64), Setting("pace", 1.0))
 
@@ -102,3 +106,20 @@ def test_an_attached_plant_is_known_by_the_first_line(tmp_path: Path) -> None:
     attached(tmp_path, closed=False)
     started = begins(tmp_path)
     assert started is not None and started.case == "tank" and started.settings["pace"] == 1.0
+
+
+@pytest.fixture(scope="session")
+def recovered_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The directory of a run that recovered."""
+    return once(tmp_path_factory, "recovered", *RECOVERY, carried_out=homeostat_process).cwd / "run"
+
+
+def test_a_guard_remembers_the_same_of_what_it_reads(recovered_run: Path) -> None:
+    every, read = tuple(read_events(recovered_run)), past(recovered_run)
+    assert Memory.of(read) == Memory.of(every) and read[-1] == every[-1] and len(read) < len(every)
+    assert {record.kind for record in every if record.kind in FOLDED} <= {record.kind for record in read}
+    for stated in (every[0].fields["configuration"][:2], [Setting("python", "2.7"), Setting("new", True)]):
+        chosen = tuple(s if isinstance(s, Setting) else Setting(s["name"], s["value"]) for s in stated)
+        assert changed(read, chosen) == changed(every, chosen)
+    modes = [record for record in every if record.kind == ModeEntered.kind]
+    assert modes and modes == [record for record in read if record.kind == ModeEntered.kind]
