@@ -11,7 +11,7 @@ from homeostat.journal.memory import Entry
 def certified(entries: Iterable[Entry], digest: str, since_s: float = 0.0) -> Certificate | None:
     """What was said last of the action set with this ``digest`` from process time ``since_s`` on [s].
 
-    By the release check where it came so far, else by the last list that it stood in; None where that says nothing.
+    By a release check or by a list that it stood in, whichever came last; None where that list says nothing.
     """
     found: Certificate | None = None
     for entry in entries:
