@@ -47,10 +47,10 @@ class List:
 
 
 @contextmanager
-def mirrored(plant: List) -> Iterator[tuple[Mirror, list[object]]]:
+def mirrored(plant: List, settles_s: float = 0.0) -> Iterator[tuple[Mirror, list[object]]]:
     told: list[object] = []
     plant.lets.set()
-    mirror = Mirror(plant, told.append, lists=True, holds=True)
+    mirror = Mirror(plant, told.append, lists=True, holds=True, settles_s=settles_s)
     try:
         yield mirror, told
     finally:
@@ -110,6 +110,58 @@ def test_the_same_alarm_again_is_another_one() -> None:
         mirror.look((replace(HOT, raised_s=99.0),), False, Mode.OBSERVE)
         assert told == []
         soon(lambda: not plant.acknowledged)
+
+
+def test_an_acknowledgement_of_the_text_before_is_no_word_on_this_one() -> None:
+    plant = List()
+    with mirrored(plant, settles_s=0.3) as (mirror, told):
+        mirror.look((HOT,), False, Mode.OBSERVE)
+        soon(lambda: "trip:HOT" in plant.text)
+        late = [False, True, False]  # the click on what stood there before arrives after our text
+        for said in late:
+            plant.acknowledged = said
+            mirror.look((HOT,), False, Mode.OBSERVE)
+        assert told == []
+        time.sleep(0.3)
+        for said in (False, True):
+            plant.acknowledged = said
+            mirror.look((HOT,), False, Mode.OBSERVE)
+        assert len(told) == 1
+
+
+def test_who_acknowledges_before_the_text_can_be_read_is_asked_again() -> None:
+    plant = List()
+    with mirrored(plant, settles_s=0.3) as (mirror, told):
+        mirror.look((HOT,), False, Mode.OBSERVE)
+        for _ in range(3):
+            soon(lambda: "trip:HOT" in plant.text and not plant.acknowledged)
+            mirror.look((HOT,), False, Mode.OBSERVE)
+            plant.acknowledged = True  # with eyes shut
+            time.sleep(0.4)
+            mirror.look((HOT,), False, Mode.OBSERVE)
+        soon(lambda: not plant.acknowledged)
+        time.sleep(0.4)
+        for said in (False, True):
+            plant.acknowledged = said
+            mirror.look((HOT,), False, Mode.OBSERVE)
+        assert len(told) == 1
+
+
+def test_a_plant_that_calls_everything_acknowledged_is_asked_again_once() -> None:
+    plant = List()
+    with mirrored(plant, settles_s=0.3) as (mirror, told):
+        mirror.look((HOT,), False, Mode.OBSERVE)
+        soon(lambda: "trip:HOT" in plant.text)
+        plant.acknowledged = True
+        time.sleep(0.4)
+        mirror.look((HOT,), False, Mode.OBSERVE)
+        soon(lambda: not plant.acknowledged)
+        plant.acknowledged = True
+        time.sleep(0.4)
+        for _ in range(3):
+            mirror.look((HOT,), False, Mode.OBSERVE)
+            time.sleep(0.1)
+        assert told == [] and plant.written.count((plant.text, False)) == 2
 
 
 def test_a_list_that_hangs_or_refuses_holds_no_tick_up_and_is_an_alarm() -> None:

@@ -29,9 +29,12 @@ def carry_out(options: argparse.Namespace) -> int:
 def lines(told: Mapping[str, Any]) -> Iterator[str]:
     """What is shown of ``told``, line by line, what a person needs first at the front."""
     mode, link, thinking, ticks = (told[name] for name in ("mode", "link", "thinking", "ticks"))
-    yield _row("plant", f"{told['plant']}, configuration {told['configuration'][:12]}")
+    signed = told["signed"] or "UNSIGNED"
+    yield _row("plant", f"{told['plant']}, configuration {told['configuration'][:12]}, {signed}")
     asked = f"{mode['requested']} was asked for by {mode['by']}" if mode["by"] else "nobody has asked for another one"
     yield _row("mode", f"{mode['actual']}; {asked}{'; ' + mode['why'] if mode['why'] else ''}")
+    if told["writes_nothing"]:
+        yield _row("writes", f"nothing: {told['writes_nothing']}")
     at = "no sample has come yet" if told["now_s"] is None else f"{told['state']}, at {told['now_s']:.0f} s"
     yield _row("state", at)
     if told["latched"]:

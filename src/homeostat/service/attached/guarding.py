@@ -175,6 +175,7 @@ class _Guarding:
         known = {
             "plant": rules.plant,
             "configuration": rules.configuration,
+            "signed": next((s.value for s in attaching.settings if s.name == "signed"), ""),
             "guard_process": os.getpid(),
             "writes_nothing": attaching.security.refusal,
         }

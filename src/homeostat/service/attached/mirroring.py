@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import threading
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
@@ -22,6 +23,8 @@ WAITS: Final = "source:recipe"
 """Alarm of a recipe that waits although it need not, or does not although it must."""
 AGAIN_S: Final = 5.0
 """Wait before what was not taken is written again, wall-clock [s]."""
+SETTLES_S: Final = 2.0
+"""How long after our text changed an acknowledgement may still be one of the text before, wall-clock [s]."""
 LONGEST: Final = 400
 """Longest text in the plant's list [characters]."""
 _STILL: Final = (
@@ -105,16 +108,26 @@ class Mirror:
     """Is told how the guard stands at each tick, and waits for nothing; a thread of its own writes."""
 
     def __init__(
-        self, link: Listing, put: Callable[[PersonCommand | Trouble | Settled], object], lists: bool, holds: bool
+        self,
+        link: Listing,
+        put: Callable[[PersonCommand | Trouble | Settled], object],
+        lists: bool,
+        holds: bool,
+        settles_s: float = SETTLES_S,
     ) -> None:
-        """``put`` takes what the guard is told; ``lists``, ``holds``: whether the plant can be told of either."""
+        """``put`` takes what the guard is told; ``lists``, ``holds``: whether the plant can be told of either.
+
+        ``settles_s``: wall-clock [s].
+        """
         self._link, self._put, self._lists, self._holds = link, put, lists, holds
         self._changed = threading.Condition()
         self._wanted, self._listed = Shown(), None if lists else Shown()
         self._hold: bool | None = None
         self._wrote: bool | None = None
         self._in_vain = 0
-        self._ours = self._over = self._unseen = self._told = False
+        self._ours = self._over = self._unseen = self._answers = self._told = False
+        self._settles_s, self._settled_s = settles_s, 0.0
+        self._asked_again: Shown | None = None
         self._connection, self._ordered = link.connections, set[_Once]()
         self._troubles: dict[str, str] = {}
         if lists or holds:
@@ -143,15 +156,24 @@ class Mirror:
             self._changed.notify_all()
 
     def _acknowledge(self, alarms: tuple[Alarm, ...]) -> None:
-        """Order it here where it was done there, after what stands there now was seen to be unacknowledged."""
+        """Order it here where it was done there, after what stands there now was seen to be unacknowledged.
+
+        What the plant says while our text settles may be of the text before. What it calls acknowledged by then was
+        too early, or nobody's: its operators are asked again, unless the plant never says that they were not.
+        """
         listed = self._listed
         if listed is None or not listed.alarms or self._link.trouble:
             self._unseen = False
             return
+        settled = time.monotonic() >= self._settled_s
         if not self._link.acknowledged:
-            self._unseen = True
+            self._unseen, self._answers = settled, True
             return
-        if not self._unseen or listed.seen:
+        if not settled or listed.seen:
+            return
+        if not self._unseen:
+            if self._answers or listed != self._asked_again:
+                self._asked_again, self._listed, self._answers = listed, None, False
             return
         for alarm in alarms:
             once = alarm.id, alarm.raised_s
@@ -193,6 +215,7 @@ class Mirror:
                 if self._tried(LISTED, partial(self._link.raise_alarm, wanted.text, wanted.seen)):
                     with self._changed:
                         self._listed, self._unseen = wanted, False
+                        self._settled_s = time.monotonic() + self._settles_s
                 else:
                     done = False
             self._rest(1.0 if done else AGAIN_S, hold)
