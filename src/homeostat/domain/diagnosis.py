@@ -115,10 +115,17 @@ class Effect:
     """Change of the quantity for each unit of severity, per second for a balance, in the quantity's unit."""
     grows: bool = False
     """Whether it grows from nothing at the onset, and severity is per second."""
+    swings: bool = False
+    """Whether it goes to and fro about nothing from the onset on, as a sine; severity is its amplitude, with a sign."""
     capacity: Expression | None = None
     """What a balance holds per unit of its state, over tags: severity divided by it is the state's rate; None for 1."""
     most: float = math.inf
     """Largest severity that there can be: nothing on site brings or takes more."""
+
+    @property
+    def lasts(self) -> bool:
+        """Whether it is as large at any time after the onset as at once."""
+        return not self.grows and not self.swings
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +173,8 @@ class FaultState:
     """Severity in the fault's unit."""
     onset_s: float
     """Process time from which it acts [s]."""
+    period_s: float = 0.0
+    """Period of what swings [s]; 0 for everything else."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -53,10 +53,14 @@ class Move:
     """What an input does not exceed, in its unit."""
     grown_s: float = np.inf
     """Seconds after which what grows stays as it is [s]."""
+    period_s: float = 0.0
+    """Period of what swings about nothing, with ``size`` as its amplitude [s]; 0 for everything else."""
 
     def change(self, since_s: ArrayLike) -> Vec:
         """By how much the column is moved so long after the onset, nothing before it, shape of ``since_s`` [s]."""
         since = np.asarray(since_s, dtype=np.float64)
+        if self.period_s > 0.0:
+            return np.where(since < -SAME_S, 0.0, self.size * _turn(np.maximum(since, 0.0), self.period_s))
         grown = np.clip(since, 0.0, self.grown_s) if self.grows else 1.0  # an onset may be never
         return np.where(since < -SAME_S, 0.0, self.size * grown)
 
@@ -127,7 +131,9 @@ class Moves:
         column, how, arrived = self.what[due, W.column], self.how[due], inputs.copy()
         since = at_s - how[:, H.onset_s]
         grown = np.clip(since, 0.0, how[:, H.grown_s])
-        change = how[:, H.size] * np.where(how[:, H.grows] > 0.0, grown, 1.0)
+        turn = _turn(np.maximum(since, 0.0), np.maximum(how[:, H.period_s], SAME_S))
+        lasting = np.where(how[:, H.grows] > 0.0, grown, 1.0)
+        change = how[:, H.size] * np.where(how[:, H.period_s] > 0.0, turn, lasting)
         moved = np.clip(inputs[member, column] + change, how[:, H.least], how[:, H.most])
         arrived[member, column] = np.where((since < -SAME_S) | (change == 0.0), inputs[member, column], moved)
         return arrived
@@ -135,7 +141,13 @@ class Moves:
 
 def _row(move: Move, applied_until_s: float) -> tuple[float, ...]:
     done = float(move.change(applied_until_s - move.onset_s))
-    return move.onset_s, move.size, float(move.grows), move.least, move.most, done, np.nan, move.grown_s
+    ends = move.least, move.most, done, np.nan, move.grown_s, move.period_s
+    return move.onset_s, move.size, float(move.grows), *ends
+
+
+def _turn(since_s: Vec, period_s: float | Vec) -> Vec:
+    """Where a sine of this period is so long after it began [1]."""
+    return np.asarray(np.sin(2.0 * np.pi * (since_s % period_s) / period_s))
 
 
 def move_all_parameters(parameters: Table, moves: Sequence[Sequence[Move]], at_s: float) -> None:

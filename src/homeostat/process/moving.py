@@ -36,6 +36,8 @@ class H(IntEnum):
     """What a stuck reading shows; NaN before its onset."""
     grown_s = 7
     """Seconds after which what grows stays as it is [s]."""
+    period_s = 8
+    """Period of what swings [s]; 0 for everything else."""
 
 
 @compiled
@@ -44,6 +46,8 @@ def change(how: Vec, at_s: float) -> float:
     since = at_s - how[H.onset_s]
     if since < -SAME_S:
         return 0.0
+    if how[H.period_s] > 0.0:
+        return float(how[H.size] * math.sin(2.0 * math.pi * since / how[H.period_s]))
     return float(how[H.size] * min(max(since, 0.0), how[H.grown_s]) if how[H.grows] > 0.0 else how[H.size])
 
 
@@ -57,7 +61,7 @@ def quiet_ticks(what: IndexTable, how: Table, first: int, last: int, at_s: float
     begins = math.inf
     for i in range(first, last):
         kind, onset_s = what[i, W.kind], how[i, H.onset_s]
-        if kind == PARAMETER and how[i, H.grows] <= 0.0:
+        if kind == PARAMETER and how[i, H.grows] <= 0.0 and how[i, H.period_s] <= 0.0:
             if onset_s > at_s + SAME_S:
                 begins = min(begins, onset_s)
         elif kind != INPUT:
@@ -75,6 +79,7 @@ def move_parameters(p: Vec, what: IndexTable, how: Table, first: int, last: int,
             how[i, H.done] = now
     for i in range(first, last):
         if what[i, W.kind] == PARAMETER and p[what[i, W.column]] < how[i, H.least]:
+            how[i, H.done] += how[i, H.least] - p[what[i, W.column]]
             p[what[i, W.column]] = how[i, H.least]
 
 

@@ -27,7 +27,7 @@ from homeostat.process.sequence import Guard, InputSequence
 from homeostat.process.types import Cube, Flags, Indices, Table, Vec
 from homeostat.stl.formula import Formula
 from homeostat.twin.calibration import Posterior, Present, calibrate, prior
-from homeostat.twin.carried import Carrier, FaultSet, shares
+from homeostat.twin.carried import Carrier, FaultSet, at_rest, shares
 from homeostat.twin.forecast import Ensemble, Forecast, Past, after, follow, forecast, synchronise
 from homeostat.twin.history import History, Window
 from homeostat.twin.isolation.ended import STRETCHES, Ended
@@ -198,10 +198,14 @@ class Twin:
         return self._isolation.ended(known, windows, self._posterior, beside)
 
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[dict[str, float], ...]:
-        """What each hypothesis says the instruments show beyond the truth: tag -> error in the tag's unit."""
+        """What each hypothesis says the instruments show beyond the truth: tag -> error in the tag's unit.
+
+        What swings is no error that a reading could be corrected by: a moment later it is another one.
+        """
         e = self.ensemble(hypotheses, draws=1)
         carried = e.carried
-        shown, true = self._model.shown_and_true(e.states, e.parameters, carried.severity, carried.onset_s, e.start_s)
+        still = at_rest(e.parameters, carried.moves, e.start_s)
+        shown, true = self._model.shown_and_true(e.states, still, carried.severity, carried.onset_s, e.start_s)
         read, found = self._history.window(1).at(-1), []
         for m in range(len(hypotheses)):
             says = {v: float(values[m]) for v, values in shown.items()}

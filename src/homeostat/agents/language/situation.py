@@ -119,7 +119,8 @@ def _faults(group: Sequence[Hypothesis], plant: PlantDescription) -> str:
         sizes = group[0].between or [h.faults[k].severity for h in group]
         unit = "" if fault.severity_unit == "1" else f" {fault.severity_unit}"
         size = f"{min(sizes):.3g}" if max(sizes) - min(sizes) < 1e-9 else f"{min(sizes):.3g} to {max(sizes):.3g}"
-        told.append(f"{first.fault} ({quote(fault.label, 60)}), severity {size}{unit}, since {first.onset_s:.0f} s")
+        since = f"{f' every {first.period_s:.0f} s' if first.period_s else ''}, since {first.onset_s:.0f} s"
+        told.append(f"{first.fault} ({quote(fault.label, 60)}), severity {size}{unit}{since}")
     return " and ".join(told) or "nothing is wrong"
 
 

@@ -41,7 +41,7 @@ from homeostat.domain.remark import RemarkKind
 from homeostat.domain.request import RequestStatus
 from homeostat.journal.memory import Entry
 from homeostat.record.run_record import RunRecord
-from homeostat.record.story.wording import lasting, who, worst
+from homeostat.record.story.wording import every, lasting, who, worst
 
 E = TypeVar("E")
 _LEAST = 0.005
@@ -218,7 +218,7 @@ def worded(held: FaultProbability, plant: PlantDescription) -> tuple[str, str]:
     if any(state.fault not in modes for state in held.faults):
         return held.name, ""
     labels = " + ".join(modes[state.fault].label or state.fault for state in held.faults)
-    sizes = [f"{state.severity:.3g}{_after(modes[state.fault].severity_unit)}" for state in held.faults]
+    sizes = [f"{s.severity:.3g}{_after(modes[s.fault].severity_unit)}{every(s)}" for s in held.faults]
     between = "" if held.between is None else f" ({held.between[0]:.3g} to {held.between[1]:.3g})"
     return labels, " + ".join(sizes) + between
 

@@ -177,7 +177,7 @@ def _possible(mode: FaultMode, sizes: Range, plant: PlantDescription) -> tuple[R
 def _there(mode: FaultMode, plant: PlantDescription) -> tuple[float, float, str]:
     """Between which severities ``mode`` can be, and why not beyond."""
     effect = mode.effect
-    if effect is None or effect.grows:
+    if effect is None or not effect.lasts:
         return -math.inf, math.inf, ""
     if effect.kind is EffectKind.BALANCE:
         why = f"nothing on site brings or takes more than {effect.most:.4g} {mode.severity_unit}"

@@ -21,8 +21,11 @@ def with_effects(faults: Sequence[FaultMode], generated: Iterable[FaultMode]) ->
 
 
 def can_be_adopted(mode: FaultMode) -> bool:
-    """Whether a fault of the tables may be this generated ``mode``: something has to simulate it."""
-    return mode.effect is not None and mode.effect.kind is not EffectKind.UNSEEN
+    """Whether a fault of the tables may be this generated ``mode``: something has to simulate it.
+
+    What swings has a period besides its severity, which a table does not state.
+    """
+    return mode.effect is not None and mode.effect.kind is not EffectKind.UNSEEN and not mode.effect.swings
 
 
 def _mistake(fault: FaultMode, modes: dict[str, FaultMode]) -> Mistake | None:

@@ -36,12 +36,17 @@ def named(faults: Iterable[FaultState], plant: PlantDescription) -> str:
 
 
 def _sized(state: FaultState, mode: FaultMode) -> str:
-    size = quantity(state.severity, mode.severity_unit)
+    size = quantity(state.severity, mode.severity_unit) + every(state)
     return (
         f"{mode.label} {'+' if state.severity > 0.0 > mode.severity_range.low else ''}{size}"
         if mode.unknown
         else f"{mode.name} {size}"
     )
+
+
+def every(state: FaultState) -> str:
+    """How often what swings does; nothing of everything else."""
+    return f" every {state.period_s:.0f} s" if state.period_s else ""
 
 
 def probabilities(held: Iterable[FaultProbability], plant: PlantDescription) -> str:

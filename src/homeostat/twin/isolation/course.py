@@ -47,15 +47,25 @@ def stopped(
     return found
 
 
+def turned_back(state: FaultState, known: FaultSet, first_s: float) -> FaultState | None:
+    """``state`` as what was ``known`` before ``first_s`` [s] to swing, whole turns earlier; None where nothing was."""
+    for before in known:
+        if state.fault == before.fault and state.period_s and before.onset_s < min(first_s, state.onset_s):
+            turns = round((state.onset_s - before.onset_s) / state.period_s)
+            return replace(state, onset_s=state.onset_s - turns * state.period_s)
+    return None
+
+
 def continues(fault: FaultState, known: FaultState, modes: Mapping[str, FaultMode]) -> bool:
     """Whether ``fault`` is what was ``known``, by whatever name, or what that has come to where it grew."""
     if fault.fault == known.fault:
         return True
     now, before = modes[fault.fault].effect, modes[known.fault].effect
-    if now is None or before is None or (now.grows and not before.grows):
+    if now is None or before is None or (now.grows and not before.grows) or (before.swings and not now.swings):
         return False
     same = (now.kind, now.quantity) == (before.kind, before.quantity)
-    return same and now.per_unit * fault.severity * before.per_unit * known.severity >= 0.0
+    sided = now.per_unit * fault.severity * before.per_unit * known.severity >= 0.0
+    return same and (sided or now.swings)  # half a turn looks like what lasts, on either side
 
 
 def _effect(mode: FaultMode) -> Effect:
@@ -66,6 +76,6 @@ def _effect(mode: FaultMode) -> Effect:
 def _lasting_mode(effect: Effect, total: float, modes: Mapping[str, FaultMode]) -> FaultMode:
     """The mode that lasts and changes the quantity of ``effect`` by ``total``."""
     nameless = [mode for mode in modes.values() if not mode.listed]
-    every = [(mode, mode.effect) for mode in nameless if mode.effect is not None and not mode.effect.grows]
+    every = [(mode, mode.effect) for mode in nameless if mode.effect is not None and mode.effect.lasts]
     same = [(mode, own) for mode, own in every if own.quantity == effect.quantity and own.kind not in _SIZELESS]
     return next((mode for mode, own in same if mode.unknown or own.per_unit * total >= 0.0), same[0][0])

@@ -69,7 +69,10 @@ def ended(
     stretch: what is looked at afterwards has hardly a part in which it was there.
     """
     found, since_s, shortest_s, throughout = None, -np.inf, -np.inf, True
+    turn_s = max((f.period_s for faults in known for f in faults), default=0.0)
     for window in windows:
+        if window.length < min(turn_s / window.tick_s, STRETCHES[-1]):  # every turn passes nothing twice
+            continue
         seen = stretch(window)
         shortest_s = max(shortest_s, window.start_s)
         if begins_in(seen, known):

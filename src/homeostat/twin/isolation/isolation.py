@@ -6,7 +6,7 @@ where one does not explain everything. The best of each competes with the others
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -22,7 +22,7 @@ from homeostat.twin.history import Window
 from homeostat.twin.isolation.alike import with_doubt
 from homeostat.twin.isolation.claims import Claims, Past, forgotten
 from homeostat.twin.isolation.classes import SPREAD_NATS, hypotheses
-from homeostat.twin.isolation.course import continues, lasting, stopped
+from homeostat.twin.isolation.course import continues, lasting, stopped, turned_back
 from homeostat.twin.isolation.ended import Ended, ended
 from homeostat.twin.isolation.established import Established, established
 from homeostat.twin.isolation.estimate import Estimate, Estimation
@@ -276,7 +276,15 @@ class FaultIsolation:
         found = [each for estimate in estimates for each in self._bounded(estimate, beside)]
         further = SECOND_FAULT_NATS if beside else 0.0
         found = [Scored(each.faults, each.score - further) for each in found]
+        found += list(self._turned_back(found, search.known, evidence.window.at_s(FIRST_ROW)))
         return self._names.given(found, self._carrier.modes, search.prior)
+
+    def _turned_back(self, found: Sequence[Scored], known: FaultSet, first_s: float) -> Iterator[Scored]:
+        """Each of ``found`` that goes on swinging as was ``known``: these readings say again when it turns."""
+        for each in found:
+            state = turned_back(each.faults[-1], known, first_s)
+            if state is not None:
+                yield replace(each, faults=(*each.faults[:-1], state))
 
     def _bounded(self, estimate: Estimate, beside: FaultSet) -> list[Scored]:
         """The estimate, and what bounds its size at two standard deviations; what is unknown may also grow."""
@@ -285,7 +293,7 @@ class FaultIsolation:
         grown = self._settings.unknown_growth * abs(state.severity) if unknown else 0.0
         for size in (abs(state.severity) - 2.0 * estimate.sd, abs(state.severity) + max(2.0 * estimate.sd, grown)):
             if size > 0.0:
-                near = FaultState(state.fault, math.copysign(size, state.severity), state.onset_s)
+                near = replace(state, severity=math.copysign(size, state.severity))
                 found.append(Scored((*beside, near), estimate.score - DOUBT * SPREAD_NATS))
         return found
 
@@ -293,7 +301,7 @@ class FaultIsolation:
         """The likeliest generated modes, each of another item, where they changed more than once."""
         modes, leaders = self._carrier.modes, dict[str, Scored]()
         for each in unknown:
-            if len(each.faults) == 1 and not modes[each.faults[0].fault].listed:
+            if len(each.faults) == 1 and not modes[each.faults[0].fault].listed and not each.faults[0].period_s:
                 leaders.setdefault(modes[each.faults[0].fault].component, each)
         found = []
         for first in list(leaders.values())[:COURSES]:
@@ -309,7 +317,8 @@ class FaultIsolation:
         modes, replayed = self._carrier.modes, before.replayed
         effect = modes[replayed[0].fault].effect
         assert effect is not None, "courses are of generated modes"
-        alike = [m for m in self._plant.generated if m.effect is not None and m.effect.quantity == effect.quantity]
+        others = [m for m in self._plant.generated if m.effect is not None and not m.effect.swings]
+        alike = [m for m in others if m.effect is not None and m.effect.quantity == effect.quantity]
         estimates = _estimates(evidence, alike, search, replayed)
         if not estimates:
             return None

@@ -64,6 +64,9 @@ def _of_transmitter(signal: Signal, parameters: Sequence[ModelParameter], twin: 
             rate, words = large / twin.replay_s, f"{tag.description or tag.name}: {drifts.replace('_', ' ')}"
             effect = Effect(kind, quantity, sign, grows=True)
             yield _mode(f"{tag.name}_{drifts}", words, component, f"{unit}/s", Range(0.0, SEVERAL * rate), effect)
+        if signal.variable in twin.errors:  # another one is believed as it is: what it swings by, the plant may
+            words, effect = f"{tag.description or tag.name}: swings", Effect(kind, quantity, swings=True)
+            yield _mode(f"{tag.name}_swings", words, component, unit, Range(-SEVERAL * large, SEVERAL * large), effect)
     frozen = Effect(EffectKind.FROZEN, signal.variable)
     yield _mode(f"{tag.name}_frozen", f"{tag.description}: stuck", component, "1", Range(0.0, 1.0), frozen)
     noisy = Effect(EffectKind.UNSEEN, signal.variable)
@@ -87,6 +90,10 @@ def _of_balance(balance: Balance, horizon_s: float) -> Iterator[FaultMode]:
     both = Range(both.low / horizon_s, both.high / horizon_s)
     effect = Effect(EffectKind.BALANCE, balance.state, sign, grows=True, capacity=balance.capacity)
     yield _mode(f"{name}_growing", f"{words}, growing", where, f"{balance.unit}/s", both, effect, unknown=True)
+    if not lost:
+        both = Range(-SEVERAL * balance.large, SEVERAL * balance.large)
+        effect = Effect(EffectKind.BALANCE, balance.state, swings=True, capacity=balance.capacity, most=balance.most)
+        yield _mode(f"{name}_swinging", f"{words}, swinging", where, balance.unit, both, effect, unknown=True)
 
 
 def _of_actuator(signal: Signal, plant: PlantDescription, horizon_s: float) -> Iterator[FaultMode]:
@@ -99,6 +106,8 @@ def _of_actuator(signal: Signal, plant: PlantDescription, horizon_s: float) -> I
     large, words = POSITION_LARGE * tag.range.span, f"unknown offset of the position of {signal.component}"
     both, effect = Range(-SEVERAL * large, SEVERAL * large), Effect(EffectKind.POSITION, signal.variable)
     yield _mode(name, words, signal.component, tag.unit, both, effect, unknown=True)
+    effect = Effect(EffectKind.POSITION, signal.variable, swings=True)
+    yield _mode(f"{name}_swinging", f"{words}, swinging", signal.component, tag.unit, both, effect, unknown=True)
     both = Range(both.low / horizon_s, both.high / horizon_s)
     effect = Effect(EffectKind.POSITION, signal.variable, grows=True)
     yield _mode(f"{name}_growing", f"{words}, growing", signal.component, f"{tag.unit}/s", both, effect, unknown=True)
@@ -126,6 +135,8 @@ def _of_parameter(
     words = f"unknown change of {p.symbol} ({p.component})"
     effect = Effect(EffectKind.PARAMETER, p.symbol)
     yield _mode(name, words, where, p.unit, both, effect, unknown=True)
+    effect = Effect(EffectKind.PARAMETER, p.symbol, swings=True)
+    yield _mode(f"{name}_swinging", f"{words}, swinging", where, p.unit, both, effect, unknown=True)
     both = Range(both.low / horizon_s, both.high / horizon_s)
     effect = Effect(EffectKind.PARAMETER, p.symbol, grows=True)
     yield _mode(f"{name}_growing", f"{words}, growing", where, f"{p.unit}/s", both, effect, unknown=True)

@@ -20,6 +20,8 @@ are wrong, and something else is at fault within the same minutes, is as rare as
 MOVED_NATS = 3.0
 """What it costs that something moved whose instrument is stuck, and that a replay goes by: no fault need have moved it,
 and more often than not it stays where it is for minutes [nats]."""
+SWINGS_NATS = 6.0
+"""What it costs that something swings, which may have any period and begin anywhere in its turn [nats]."""
 JUMP = 60
 """Readings on either side of an onset whose means say what a transmitter has jumped by."""
 
@@ -86,8 +88,10 @@ class Prior:
         """Log prior of a fault mode [nats], whatever its size."""
         if mode.component in self._stuck:
             return -MOVED_NATS
-        at_once = mode.effect is None or not mode.effect.grows
+        at_once = mode.effect is None or mode.effect.lasts
         jumped = JUMPED_NATS if at_once and mode.component in self._jumped else 0.0
+        if mode.effect is not None and mode.effect.swings:
+            return -FAULT_NATS - GENERATED_NATS - SWINGS_NATS
         if not mode.listed:
             return jumped - FAULT_NATS - GENERATED_NATS
         return jumped - FAULT_NATS + float(np.log(mode.prior / self._usual))

@@ -83,9 +83,15 @@ class Responses:
             found[~there] = self.steps(effect, self.newest[~there])
         return found
 
-    def ramps(self, steps: Table) -> Table:
-        """Response to what grows by a unit per second, from ``steps`` at all :attr:`rows`; the same shape."""
-        return np.asarray(np.cumsum(steps[::-1], axis=0)[::-1] * (self.every * self._evidence.window.tick_s))
+    @property
+    def ramps(self) -> Table:
+        """What grows by a unit per second from each of :attr:`rows` on, as a mixture of steps, (rows, rows)."""
+        later = np.triu(np.ones((len(self.rows), len(self.rows))))
+        return later * (self.every * self._evidence.window.tick_s)
+
+    def once(self, k: int) -> Table:
+        """The step from the ``k``-th of :attr:`rows` on alone, as a mixture of them, (1, rows)."""
+        return np.eye(len(self.rows))[k : k + 1]
 
     def _of_parameter(self, symbol: str, rows: Indices) -> Cube:
         parameters = self._parameters(rows)

@@ -55,6 +55,8 @@ class Search:
 
         ``had``: sizes of what is older than the readings, which may say nothing of it any more.
         """
+        self.known = known
+        """What may begin before the window."""
         self._kept = {fault.onset_s for fault in known}
         self._had = had
         self._evidence, self._modes = evidence, modes
@@ -191,7 +193,7 @@ class Search:
         if mode.effect is not None:
             multiples = [centre.severity * (1.0 + 2.0 * k * scale * 0.1) for k in range(-3, 4)]
             allowed = sorted({r.clip(size) for size in multiples}) if mode.listed else multiples
-            return [FaultState(centre.fault, size, centre.onset_s) for size in allowed]
+            return [replace(centre, severity=size) for size in allowed]
         age, tick_s = max(self._end_s - centre.onset_s, 4.0 * self._tick_s), self._tick_s
         sizes = {r.clip(centre.severity + k * step * r.span) for k in range(-3, 4)}
         if centre.onset_s < self._first_s:
