@@ -9,6 +9,7 @@ import pytest
 
 from homeostat.process.batch import Batch, BatchResult, ProcessError, simulate
 from homeostat.process.moves import Move, MoveKind, Moves, moved_inputs
+from homeostat.process.moving import move_parameters
 from tests.plants.cstr import reactor
 from tests.plants.cstr.reactor import P, S
 
@@ -49,6 +50,33 @@ def test_a_state_gains_what_it_is_given_each_second() -> None:
     extra = given.state[0, S.product] - plain.state[0, S.product]
     assert extra == pytest.approx(0.5 * (STEPS - 20 + 1))
     assert np.array_equal(given.record[0, :19], plain.record[0, :19]), "nothing before the onset"
+
+
+def test_what_swings_is_a_sine_of_its_size_and_period() -> None:
+    """A quarter of a turn after the onset it is off by its size, half a turn later by as much on the other side."""
+    b = settled(1)
+    plain, swung = moved(b, ()), moved(b, (Move(MoveKind.READING, S.F2, START_S + 10.0, 0.001, period_s=40.0),))
+    difference = swung.record[0, :, S.F2] - plain.record[0, :, S.F2]
+    assert difference[:9] == pytest.approx(0.0) and difference[19] == pytest.approx(0.001)
+    assert difference[29] == pytest.approx(0.0, abs=1e-9) and difference[39] == pytest.approx(-0.001)
+
+
+def test_a_parameter_that_swings_below_its_least_comes_back_to_what_it_was() -> None:
+    p = np.array([1.0, 5.0])
+    rows = Moves.of([(Move(MoveKind.PARAMETER, 1, 0.0, -8.0, least=0.5, period_s=40.0),)])
+    course = []
+    for at_s in range(41):
+        move_parameters(p, rows.what, rows.how, 0, 1, float(at_s))
+        course.append(float(p[1]))
+    assert min(course) == 0.5 and course[10] == 0.5 and course[30] == pytest.approx(13.0)
+    assert course[20] == pytest.approx(5.0) and course[40] == pytest.approx(5.0) and p[0] == 1.0
+
+
+def test_an_input_that_swings_arrives_within_its_ends() -> None:
+    rows = Moves.of([(Move(MoveKind.INPUT, 0, 100.0, 0.4, least=0.0, most=0.7, period_s=80.0),)])
+    inputs = np.array([[0.5, 2.0]])
+    arrived = {at_s: rows.arriving(inputs, at_s)[0].tolist() for at_s in (99.0, 100.0, 120.0, 160.0)}
+    assert arrived == {99.0: [0.5, 2.0], 100.0: [0.5, 2.0], 120.0: [0.7, 2.0], 160.0: [pytest.approx(0.1), 2.0]}
 
 
 def test_what_grows_is_the_size_times_the_seconds_since_the_onset() -> None:

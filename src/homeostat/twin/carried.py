@@ -124,11 +124,11 @@ class Carrier:
     ) -> dict[str, float]:
         """Variable -> what an instrument shows that ``moves`` act on, where the model ``says`` something else.
 
-        ``read`` is what was read last, which is what a stuck instrument shows; what swings is left out.
+        ``read`` is what was read last, which is what a stuck instrument shows.
         """
         found = {}
         for variable, shown in self._model.shown.items():
-            for move in (each for each in moves if not each.period_s):
+            for move in moves:
                 if variable in says and move.column == shown and move.kind is MoveKind.READING:
                     found[variable] = says[variable] + float(move.change(at_s - move.onset_s))
                 if variable in says and move.column == shown and move.kind is MoveKind.FROZEN:
@@ -146,16 +146,6 @@ class Carrier:
         grew_s = max(grew_s, 0.0)
         most_s = largest / rate if rate > 0.0 else np.inf
         return max(min((1.0 + GROWS_ON) * grew_s, most_s), grew_s)
-
-
-def at_rest(parameters: Table, moves: Sequence[Sequence[Move]], at_s: float) -> Table:
-    """``parameters`` of members without what their ``moves`` make them swing by at ``at_s`` [s], the same shape."""
-    found = parameters.copy()
-    for member, own in enumerate(moves):
-        for move in own:
-            if move.kind is MoveKind.PARAMETER and move.period_s:
-                found[member, move.column] -= float(move.change(at_s - move.onset_s))
-    return found
 
 
 def _largest(modes: Iterable[FaultMode]) -> dict[tuple[EffectKind, str], float]:

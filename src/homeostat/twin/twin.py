@@ -27,9 +27,10 @@ from homeostat.process.sequence import Guard, InputSequence
 from homeostat.process.types import Cube, Flags, Indices, Table, Vec
 from homeostat.stl.formula import Formula
 from homeostat.twin.calibration import Posterior, Present, calibrate, prior
-from homeostat.twin.carried import Carrier, FaultSet, at_rest, shares
+from homeostat.twin.carried import Carrier, FaultSet, shares
 from homeostat.twin.forecast import Ensemble, Forecast, Past, after, follow, forecast, synchronise
 from homeostat.twin.history import History, Window
+from homeostat.twin.instrument_errors import instrument_errors
 from homeostat.twin.isolation.ended import STRETCHES, Ended
 from homeostat.twin.isolation.evidence import Accuracy, Fit
 from homeostat.twin.isolation.isolation import FaultIsolation, Question
@@ -198,20 +199,9 @@ class Twin:
         return self._isolation.ended(known, windows, self._posterior, beside)
 
     def instrument_errors(self, hypotheses: Sequence[Hypothesis]) -> tuple[dict[str, float], ...]:
-        """What each hypothesis says the instruments show beyond the truth: tag -> error in the tag's unit.
-
-        What swings is no error that a reading could be corrected by: a moment later it is another one.
-        """
-        e = self.ensemble(hypotheses, draws=1)
-        carried = e.carried
-        still = at_rest(e.parameters, carried.moves, e.start_s)
-        shown, true = self._model.shown_and_true(e.states, still, carried.severity, carried.onset_s, e.start_s)
-        read, found = self._history.window(1).at(-1), []
-        for m in range(len(hypotheses)):
-            says = {v: float(values[m]) for v, values in shown.items()}
-            says |= self._carrier.shown(carried.moves[m], says, read, e.start_s)
-            found.append({t: says[v] - float(true[v][m]) for t, v in self._description.variables.items() if v in says})
-        return tuple(found)
+        """What each hypothesis says the instruments show beyond the truth: tag -> error in the tag's unit."""
+        read, e = self._history.window(1).at(-1), self.ensemble(hypotheses, draws=1)
+        return instrument_errors(self._model, self._carrier, e, read, self._description.variables)
 
     def ensemble(self, hypotheses: Sequence[Hypothesis], draws: int, purpose: Purpose = Purpose.EXPLORE) -> Ensemble:
         """Members for every hypothesis, synchronised with the last snapshot; ``purpose`` picks the random stream.

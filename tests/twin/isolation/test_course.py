@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,7 +12,7 @@ from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import Disturbance, Scenario
 from homeostat.links.simulated import SimulatedLink
-from homeostat.twin.isolation.course import REACHED, continues, lasting, stopped
+from homeostat.twin.isolation.course import REACHED, continues, lasting, stopped, turned_back
 from tests.twin.followed import follow, reactor
 
 MODES = {mode.name: mode for mode in reactor().description.fault_modes}
@@ -51,6 +53,26 @@ def test_another_direction_or_quantity_continues_nothing() -> None:
     assert not continues(FaultState("unknown_heat_R1", -2.0, 1000.0), GROWN, MODES)
     assert not continues(FaultState("unknown_mass_R1", 2.0, 1000.0), GROWN, MODES)
     assert continues(GROWN, GROWN, MODES)
+
+
+def test_half_a_turn_of_what_swings_looked_like_what_lasts_or_grows() -> None:
+    swings = FaultState("T1_swings", 3.0, 1000.0, 300.0)
+    for before in ("T1_reads_high", "T1_reads_low", "T1_drifts_down"):
+        assert continues(swings, FaultState(before, 3.0, 1000.0), MODES)
+        assert not continues(FaultState(before, 3.0, 1000.0), swings, MODES), "what swung does not just stay there"
+    assert not continues(swings, FaultState("L1_reads_high", 3.0, 1000.0), MODES)
+
+
+def test_what_goes_on_swinging_began_when_it_did() -> None:
+    known, again = FaultState("T1_swings", 3.0, 1003.0, 297.0), FaultState("T1_swings", 3.1, 2195.0, 299.0)
+    back = turned_back(again, (known,), 1900.0)
+    assert back is not None and back.period_s == 299.0 and abs(back.onset_s - known.onset_s) <= 0.5 * 299.0
+    assert (again.onset_s - back.onset_s) / 299.0 == pytest.approx(4.0)
+    assert turned_back(again, (), 1900.0) is None and turned_back(again, (known,), 900.0) is None
+    assert turned_back(replace(again, fault="L1_swings"), (known,), 1900.0) is None
+    assert (
+        turned_back(FaultState("T1_reads_high", 3.0, 2195.0), (FaultState("T1_reads_high", 3.0, 9.0),), 1900.0) is None
+    )
 
 
 def test_what_is_young_or_lasts_did_not_stop() -> None:

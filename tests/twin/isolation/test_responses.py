@@ -10,6 +10,7 @@ import pytest
 from homeostat.domain.diagnosis import Effect, EffectKind, FaultState
 from homeostat.twin.carried import Carrier, FaultSet
 from homeostat.twin.isolation.evidence import Accuracy, Evidence
+from homeostat.twin.isolation.linear import SEEN, Turns
 from homeostat.twin.isolation.responses import FIRST_ROW, Responses
 from tests.twin.followed import disturbed, follow, reactor
 
@@ -60,9 +61,32 @@ def test_a_ramp_is_as_replayed(name: str, size: float) -> None:
     effect = reactor().description.fault_mode(name).effect
     assert effect is not None
     unit = Effect(effect.kind, effect.quantity, 1.0, capacity=effect.capacity)
-    linear = responses().ramps(responses().steps(unit))[10] * effect.per_unit * size
+    linear = (responses().ramps @ responses().steps(unit))[10] * effect.per_unit * size
     true = replayed(FaultState(name, size, evidence().window.start_s + float(responses().rows[10])))
     assert np.linalg.norm(linear - true) <= 0.1 * np.linalg.norm(true)
+
+
+@pytest.mark.parametrize(
+    ("name", "size"), [("unknown_heat_R1_swinging", 0.5), ("unknown_P1_K_P1_swinging", 0.0005), ("L1_swings", 0.1)]
+)
+@pytest.mark.parametrize("which", [0, -1])
+def test_a_swing_is_as_replayed(name: str, size: float, which: int) -> None:
+    """The sine of every turn that is tried is a mixture of steps; between two of them it is not followed."""
+    effect = reactor().description.fault_mode(name).effect
+    assert effect is not None
+    unit = Effect(effect.kind, effect.quantity, 1.0, capacity=effect.capacity)
+    turns = Turns.of(responses().rows, responses().every, evidence().shape[0])
+    linear = turns.mixture[which, 0] @ responses().steps(unit) * size
+    onset_s, period_s = evidence().window.start_s + float(turns.rows[which]), float(turns.ticks[which])
+    true = replayed(FaultState(name, size, onset_s, period_s))
+    assert np.linalg.norm(linear - true) <= 0.3 * np.linalg.norm(true)
+
+
+def test_what_is_tried_has_turned_nearly_once() -> None:
+    turns = Turns.of(responses().rows, responses().every, evidence().shape[0])
+    assert len(turns.rows) > 100
+    assert (evidence().shape[0] - turns.rows >= SEEN * turns.ticks).all()
+    assert len(Turns.of(np.arange(3, 14), 1, 14).rows) == 0, "too little was read to have seen a turn"
 
 
 def test_nothing_responds_before_the_onset() -> None:

@@ -140,9 +140,9 @@ class Estimation:
             yield Estimate(states[k], each.sd, float(scores[k]))
 
     def _swinging(self, found: Sequence[Linear]) -> list[Estimate]:
-        """The best of what swings, replayed with other periods, at other moments of their turns, and since a turn before.
+        """The best of what swings, replayed with other periods, at other moments of a turn, and since a turn before.
 
-        A linear pass leaves the state in which a window begins as it is, which what swung by then has made another one.
+        A linear pass leaves the state in which a window begins as it is, and what swung by then made that another one.
         """
         begun = [Estimate(self._as_state(each), each.sd, -np.inf) for each in found[:SWINGING]]
         tried = []

@@ -19,10 +19,15 @@ from homeostat.twin.isolation.prior import Prior
 
 SHORTLIST = 4
 """Onsets of one disturbance whose bounded loss is worked out."""
-SHORTEST = 6
+SHORTEST = 8
 """Shortest period, in steps between two onsets: what swings faster no step can follow [1]."""
+FASTEST = 20
+"""The same in ticks: what swings faster is noise [1]."""
 FINER = 1.1
 """Ratio of two neighbouring periods that are tried [1]."""
+HELD = 0.25
+"""Share of the time to the next step at which a sine is taken for a step: that of a balance stands for what is around
+it, any other one for what is until the next [1]."""
 STARTS = 2
 """Every how many onsets one may begin to swing [1]."""
 SEEN = 0.75
@@ -145,8 +150,8 @@ class Turns:
 
     @classmethod
     def of(cls, onsets: Indices, every: int, length: int) -> Turns:
-        """Those that have turned nearly once in a window of so many readings, with steps at ``onsets``."""
-        shortest, longest = SHORTEST * every, length / SEEN
+        """Those that turn nearly once within ``length`` readings; steps are at ``onsets``, ``every`` readings apart."""
+        shortest, longest = float(max(SHORTEST * every, FASTEST)), length / SEEN
         count = max(int(np.log(max(longest / shortest, 1e-9)) / np.log(FINER)) + 1, 0)
         pairs = [
             (float(row), ticks)
@@ -155,8 +160,9 @@ class Turns:
             if length - row >= SEEN * ticks
         ]
         rows, ticks = np.array(pairs, dtype=np.float64).reshape(-1, 2).T
-        angle = 2.0 * np.pi * (onsets[None, :] - rows[:, None]) / ticks[:, None]
-        course = np.stack([np.sin(angle), np.cos(angle)], axis=1) * (angle >= 0.0)[:, None, :]
+        since = onsets[None, :] - rows[:, None]
+        angle = 2.0 * np.pi * (since + HELD * every) / ticks[:, None]
+        course = np.stack([np.sin(angle), np.cos(angle)], axis=1) * (since >= 0)[:, None, :]
         return cls(rows.astype(np.int64), ticks, np.diff(course, axis=2, prepend=0.0))
 
 
