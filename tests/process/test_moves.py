@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from homeostat.process.batch import Batch, BatchResult, ProcessError, simulate
-from homeostat.process.moves import Move, MoveKind, Moves, moved_inputs
+from homeostat.process.moves import Move, MoveKind, Moves, move_all_parameters, moved_inputs
 from homeostat.process.moving import move_parameters
 from tests.plants.cstr import reactor
 from tests.plants.cstr.reactor import P, S
@@ -22,8 +22,8 @@ def settled(members: int = 3, **changes: object) -> Batch:
     return replace(b, record=tuple(range(len(S))), **changes)
 
 
-def moved(b: Batch, *moves: tuple[Move, ...], applied_until_s: float = -np.inf) -> BatchResult:
-    return simulate(reactor.MODEL.kernel, replace(b, moves=Moves.of(moves, applied_until_s)))
+def moved(b: Batch, *moves: tuple[Move, ...]) -> BatchResult:
+    return simulate(reactor.MODEL.kernel, replace(b, moves=Moves.of(moves)))
 
 
 def test_members_that_nothing_moves_are_simulated_to_the_bit() -> None:
@@ -119,9 +119,20 @@ def test_a_parameter_that_was_moved_before_is_not_moved_twice() -> None:
     b = settled(1)
     move = Move(MoveKind.PARAMETER, P.K_P1, 0.0, -0.01)
     parameters = b.parameters.copy()
-    parameters[:, P.K_P1] -= 0.01
-    going = moved(replace(b, parameters=parameters), (move,), applied_until_s=START_S)
-    assert np.array_equal(going.record, moved(b, (move,)).record)
+    (on,) = move_all_parameters(parameters, [(move,)], START_S)
+    assert parameters[0, P.K_P1] == pytest.approx(b.parameters[0, P.K_P1] - 0.01) and on[0].done == -0.01
+    assert np.array_equal(moved(replace(b, parameters=parameters), on).record, moved(b, (move,)).record)
+
+
+def test_what_is_gone_on_with_at_its_least_comes_back_as_if_it_had_never_been_stopped() -> None:
+    p, swing = np.array([[1.0, 5.0]]), Move(MoveKind.PARAMETER, 1, 0.0, -8.0, least=0.5, period_s=40.0)
+    (on,) = move_all_parameters(p, [(swing, Move(MoveKind.PARAMETER, 1, 0.0, 1.0))], 10.0)
+    assert p[0, 1] == 0.5 and sum(move.done for move in on) == pytest.approx(-4.5)
+    rows = Moves.of([on])
+    for at_s in range(10, 51):
+        move_parameters(p[0], rows.what, rows.how, 0, 2, float(at_s))
+        if at_s in (20, 30, 40):
+            assert p[0, 1] == pytest.approx({20: 6.0, 30: 14.0, 40: 6.0}[at_s])
 
 
 def test_a_positive_parameter_does_not_fall_below_its_least() -> None:

@@ -55,6 +55,8 @@ class Move:
     """Seconds after which what grows stays as it is [s]."""
     period_s: float = 0.0
     """Period of what swings about nothing, with ``size`` as its amplitude [s]; 0 for everything else."""
+    done: float = 0.0
+    """By how much the parameters that it goes on from were moved by it already, in the column's unit."""
 
     def change(self, since_s: ArrayLike) -> Vec:
         """By how much the column is moved so long after the onset, nothing before it, shape of ``since_s`` [s]."""
@@ -77,12 +79,12 @@ class Moves:
     """Onset, size and so on of each row, shape (rows, :class:`~homeostat.process.moving.H`); written as time goes."""
 
     @classmethod
-    def of(cls, moves: Sequence[Sequence[Move]], applied_until_s: float = -np.inf) -> Moves:
-        """``moves``: those of each member; parameters contain what they were moved by until ``applied_until_s`` [s]."""
+    def of(cls, moves: Sequence[Sequence[Move]]) -> Moves:
+        """``moves``: those of each member."""
         rows = [move for own in moves for move in own]
         begin = np.cumsum([0, *map(len, moves)], dtype=np.int64)
         what = np.array([(m.kind, m.column) for m in rows], dtype=np.int64).reshape(-1, len(W))
-        how = np.array([_row(m, applied_until_s) for m in rows], dtype=np.float64).reshape(-1, len(H))
+        how = np.array([_row(m) for m in rows], dtype=np.float64).reshape(-1, len(H))
         return cls(begin, what, how)
 
     @classmethod
@@ -139,9 +141,8 @@ class Moves:
         return arrived
 
 
-def _row(move: Move, applied_until_s: float) -> tuple[float, ...]:
-    done = float(move.change(applied_until_s - move.onset_s))
-    ends = move.least, move.most, done, np.nan, move.grown_s, move.period_s
+def _row(move: Move) -> tuple[float, ...]:
+    ends = move.least, move.most, move.done, np.nan, move.grown_s, move.period_s
     return move.onset_s, move.size, float(move.grows), *ends
 
 
@@ -150,11 +151,18 @@ def _turn(since_s: Vec, period_s: float | Vec) -> Vec:
     return np.asarray(np.sin(2.0 * np.pi * (since_s % period_s) / period_s))
 
 
-def move_all_parameters(parameters: Table, moves: Sequence[Sequence[Move]], at_s: float) -> None:
-    """Move ``parameters``, shape (members, parameters), to what they are in the tick from ``at_s`` on [s]."""
+def move_all_parameters(
+    parameters: Table, moves: Sequence[Sequence[Move]], at_s: float
+) -> tuple[tuple[Move, ...], ...]:
+    """Move ``parameters``, shape (members, parameters), to what they are in the tick from ``at_s`` on [s].
+
+    The ``moves`` of each member, as they go on from there: what meets its least was not moved by all that it would be.
+    """
     made = Moves.of(moves)
     for m, own in enumerate(parameters):
         move_parameters(own, made.what, made.how, int(made.begin[m]), int(made.begin[m + 1]), at_s)
+    done = iter(made.how[:, H.done].tolist())
+    return tuple(tuple(replace(move, done=next(done)) for move in own) for own in moves)
 
 
 def moved_inputs(inputs: Table, moves: Sequence[Sequence[Move]], start_s: float, tick_s: float) -> tuple[Cube, Indices]:

@@ -152,7 +152,13 @@ class Result:
                 "released_s": self.released_s,
                 "attempts": self.attempts,
                 "hypotheses": [
-                    {"fault": b.name, "probability": b.probability, "severity": _severity(b), "between": b.between}
+                    {
+                        "fault": b.name,
+                        "probability": b.probability,
+                        "severity": _severity(b),
+                        "between": b.between,
+                        "period_s": {f.fault: f.period_s for f in b.faults if f.period_s} or None,
+                    }
                     for b in self.hypotheses
                 ],
                 "actions": [{"tag": c.tag, "value": c.value, "rate": c.rate} for c in self.actions],
@@ -230,7 +236,8 @@ def _fault_set(item: dict[str, Any]) -> FaultProbability:
     elif not isinstance(severity, dict):
         severity = {item["fault"]: severity}
     # The onset that was diagnosed is in the journal, not in the result.
-    faults = tuple(FaultState(name, size, math.nan) for name, size in severity.items())
+    turns = item.get("period_s") or {}
+    faults = tuple(FaultState(name, size, math.nan, turns.get(name, 0.0)) for name, size in severity.items())
     between = item.get("between")
     return FaultProbability(faults, item["probability"], None if between is None else (between[0], between[1]))
 

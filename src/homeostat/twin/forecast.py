@@ -83,7 +83,7 @@ def synchronise(
         v: np.mean(window.readings[v][-rows:] - run.predicted[:, -rows:, j], axis=1) for j, v in enumerate(variables)
     }
     correct(model, states, residuals, carried, window.end_s)
-    move_all_parameters(parameters, carried.moves, window.end_s)
+    carried = replace(carried, moves=move_all_parameters(parameters, carried.moves, window.end_s))
     model.resume(states, past.whole.readings, parameters)
     seeds = noise.integers(1, 2**62, size=len(sets), dtype=np.int64)
     weights = (np.array([h.probability for h in hypotheses]) / np.bincount(follows, minlength=len(hypotheses)).clip(1))[
@@ -195,5 +195,5 @@ def copies(model: ProcessModel, ensemble: Ensemble, count: int, steps: int, stri
         seeds=np.tile(ensemble.seeds, count),
         process_noise=np.ones(count * members),
         sensor_noise=np.full(count * members, float(sensor_noise)),
-        moves=Moves.of(ensemble.carried.moves * count, ensemble.start_s),
+        moves=Moves.of(ensemble.carried.moves * count),
     )

@@ -19,7 +19,7 @@ def instrument_errors(
     What swings is no error that a reading could be corrected by: a moment later it is another one. ``read``: variable
     -> its last reading; ``variables``: tag -> variable.
     """
-    parameters, found = _at_rest(e.parameters, e.carried.moves, e.start_s), []
+    parameters, found = _at_rest(e.parameters, e.carried.moves), []
     shown, true = model.shown_and_true(e.states, parameters, e.carried.severity, e.carried.onset_s, e.start_s)
     for m, moves in enumerate(e.carried.moves):
         says = {v: float(values[m]) for v, values in shown.items()}
@@ -28,11 +28,11 @@ def instrument_errors(
     return tuple(found)
 
 
-def _at_rest(parameters: Table, moves: Sequence[Sequence[Move]], at_s: float) -> Table:
-    """``parameters`` of members without what their ``moves`` make them swing by at ``at_s`` [s], the same shape."""
+def _at_rest(parameters: Table, moves: Sequence[Sequence[Move]]) -> Table:
+    """``parameters`` of members without what their ``moves`` make them swing by now, the same shape."""
     found = parameters.copy()
     for member, own in enumerate(moves):
         for move in own:
             if move.kind is MoveKind.PARAMETER and move.period_s:
-                found[member, move.column] -= float(move.change(at_s - move.onset_s))
+                found[member, move.column] -= move.done
     return found

@@ -65,14 +65,22 @@ def test_half_a_turn_of_what_swings_looked_like_what_lasts_or_grows() -> None:
 
 def test_what_goes_on_swinging_began_when_it_did() -> None:
     known, again = FaultState("T1_swings", 3.0, 1003.0, 297.0), FaultState("T1_swings", 3.1, 2195.0, 299.0)
-    back = turned_back(again, (known,), 1900.0)
+    back = turned_back(again, (known,), 2200.0)
     assert back is not None and back.period_s == 299.0 and abs(back.onset_s - known.onset_s) <= 0.5 * 299.0
     assert (again.onset_s - back.onset_s) / 299.0 == pytest.approx(4.0)
-    assert turned_back(again, (), 1900.0) is None and turned_back(again, (known,), 900.0) is None
-    assert turned_back(replace(again, fault="L1_swings"), (known,), 1900.0) is None
-    assert (
-        turned_back(FaultState("T1_reads_high", 3.0, 2195.0), (FaultState("T1_reads_high", 3.0, 9.0),), 1900.0) is None
-    )
+    assert turned_back(again, (), 2200.0) is None and turned_back(again, (known,), 900.0) is None
+    assert turned_back(replace(again, fault="L1_swings"), (known,), 2200.0) is None
+    assert turned_back(again, (known,), 2190.0) is None, "it begins in what is looked at, and was not there before"
+    lasting_one = FaultState("T1_reads_high", 3.0, 2195.0)
+    assert turned_back(lasting_one, (replace(lasting_one, onset_s=9.0),), 2200.0) is None
+
+
+def test_half_a_turn_back_it_has_the_other_sign() -> None:
+    """One swing is not said with two signs: bounds of its size would lie on both sides of nothing."""
+    known, again = FaultState("T1_swings", 3.0, 1003.0, 300.0), FaultState("T1_swings", -3.1, 2195.0, 300.0)
+    back = turned_back(again, (known,), 2200.0)
+    assert back is not None and back.severity == 3.1 and abs(back.onset_s - known.onset_s) <= 0.5 * 300.0
+    assert (again.onset_s - back.onset_s) / 300.0 % 1.0 == pytest.approx(0.5)
 
 
 def test_what_is_young_or_lasts_did_not_stop() -> None:

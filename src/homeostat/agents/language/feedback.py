@@ -64,8 +64,11 @@ def _told(
 
 
 def _named(hypothesis: Hypothesis) -> str:
-    """Its faults with their sizes: ``cool_stuck_closed 0.7``."""
-    return " + ".join(f"{f.fault} {f.severity:.3g}" for f in hypothesis.faults) or "nothing is wrong"
+    """Its faults with their sizes: ``cool_stuck_closed 0.7``, ``T1_swings 3 every 300 s``."""
+    told = (
+        f"{f.fault} {f.severity:.3g}{f' every {f.period_s:.0f} s' if f.period_s else ''}" for f in hypothesis.faults
+    )
+    return " + ".join(told) or "nothing is wrong"
 
 
 def cost_slopes_text(slopes: Sequence[Sensitivity], plant: PlantDescription, currency: str) -> str:

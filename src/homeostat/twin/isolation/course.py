@@ -48,11 +48,18 @@ def stopped(
 
 
 def turned_back(state: FaultState, known: FaultSet, first_s: float) -> FaultState | None:
-    """``state`` as what was ``known`` before ``first_s`` [s] to swing, whole turns earlier; None where nothing was."""
+    """``state`` as what was ``known`` before ``first_s`` [s] to swing, so many turns earlier; None where nothing was.
+
+    It keeps the sign that it had: half a turn later is the other one. What begins later than ``first_s`` is another
+    swing, and was none before.
+    """
     for before in known:
-        if state.fault == before.fault and state.period_s and before.onset_s < min(first_s, state.onset_s):
-            turns = round((state.onset_s - before.onset_s) / state.period_s)
-            return replace(state, onset_s=state.onset_s - turns * state.period_s)
+        if state.fault == before.fault and state.period_s and max(before.onset_s, state.onset_s) < first_s:
+            same = state.severity * before.severity > 0.0
+            other = 0.0 if same else 0.5
+            turns = round((state.onset_s - before.onset_s) / state.period_s - other) + other
+            size = state.severity if same else -state.severity
+            return replace(state, severity=size, onset_s=state.onset_s - turns * state.period_s)
     return None
 
 

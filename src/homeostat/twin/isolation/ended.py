@@ -36,6 +36,8 @@ ABOUT = 5
 """Readings by which the onset of what is known may be off."""
 SIZES = (0.97, 1.0, 1.03)
 """Multiples of its size with which each of these is tried: nobody knew it exactly [1]."""
+TURNS = tuple(k / 8.0 for k in range(8))
+"""Shares of a turn by which what is known to swing may do so later [1]."""
 SMALLER = tuple(0.05 * k for k in range(4, 20))
 """The same, of which none may explain a stretch clearly better than nothing: a size that was thought far too large is
 refuted by a fault that is there as much as by one that has gone [1]."""
@@ -156,9 +158,15 @@ def lead_of_nothing(evidence: Evidence, known: Sequence[FaultSet], stopped: Sequ
 
 
 def _sized(known: Sequence[FaultSet]) -> Iterator[FaultSet]:
-    """Each set of ``known``, smaller and larger."""
+    """Each set of ``known``, smaller and larger, and at other moments of a turn: nobody knew a period exactly."""
     for faults in known:
-        yield from (_times(faults, size) for size in SIZES)
+        swings = any(fault.period_s for fault in faults)
+        yield from (_later(_times(faults, size), turn) for size in SIZES for turn in (TURNS if swings else (0.0,)))
+
+
+def _later(faults: FaultSet, turn: float) -> FaultSet:
+    """``faults``, of which what swings does so by a share of a ``turn`` later."""
+    return tuple(replace(f, onset_s=f.onset_s + turn * f.period_s) for f in faults)
 
 
 def _less_of(known: Sequence[FaultSet]) -> Iterator[FaultSet]:

@@ -280,7 +280,10 @@ class FaultIsolation:
         return self._names.given(found, self._carrier.modes, search.prior)
 
     def _turned_back(self, found: Sequence[Scored], known: FaultSet, first_s: float) -> Iterator[Scored]:
-        """Each of ``found`` that goes on swinging as was ``known``: these readings say again when it turns."""
+        """Each of ``found`` that goes on swinging as was ``known``: these readings say again when it turns.
+
+        Both swing alike in all readings that are looked at, so that both explain them as well.
+        """
         for each in found:
             state = turned_back(each.faults[-1], known, first_s)
             if state is not None:

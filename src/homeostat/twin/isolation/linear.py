@@ -120,6 +120,8 @@ class LinearPass:
         curved += np.eye(2) / spread[0] ** 2
         parts = np.linalg.solve(curved, pull[:, :, None])[:, :, 0]
         hopeful = np.argsort(-np.einsum("ni,ni->n", parts, pull))[:SHORTLIST]
+        most = np.inf if mode.effect is None else mode.effect.most
+        parts *= np.minimum(1.0, most / np.maximum(np.hypot(*parts.T), 1e-300))[:, None]
         changes = np.stack([parts[n] @ steps.mixed(turns.mixture[n]) for n in hopeful])
         size = np.hypot(*parts[hopeful].T)
         score = self.likelihoods(changes) - self._prior.cost_of_size(mode, size, turns.rows[hopeful])
