@@ -72,7 +72,8 @@ def test_a_run_names_the_configuration_that_it_was_made_with(record: Path) -> No
 def test_probabilities_and_actions_as_json(recovered_json: Done) -> None:
     result = strict(recovered_json.out)
     items = result["hypotheses"]
-    assert all(tuple(b) == ("fault", "probability", "severity", "between") for b in items)
+    assert all(tuple(b) == ("fault", "probability", "severity", "between", "period_s") for b in items)
+    assert all(b["period_s"] is None for b in items), "a valve that is stuck does not swing"
     assert len({b["fault"] for b in items}) == len(items)
     assert [b["probability"] for b in items] == sorted((b["probability"] for b in items), reverse=True)
     assert 0.9 < sum(b["probability"] for b in items) <= 1.0 + 1e-9
