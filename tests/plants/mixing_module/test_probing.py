@@ -59,13 +59,14 @@ def test_no_test_leads_where_the_batch_may_end() -> None:
 
 
 def told_apart(fault: str, severity: float, seed: int, mismatch: str = "none") -> Run:
-    """A run in which one test of the way said which fault it is, where the first look did not.
+    """A run in which one test of the way said which fault it is, or a wait after it, where the first look did not.
 
     What was as likely before, that nothing is wrong included, is asked again although its symptom has gone: seconds
     leave it some per cent, and it is held until they are gone.
     """
     result, trace = batch(fault, severity, seed, mismatch)
-    (probe,), (end,) = trace.of(Probed), trace.of(ProbeEnded)
+    (probe, *waits), (*_, end) = trace.of(Probed), trace.of(ProbeEnded)
+    assert not any(wait.state for wait in waits)
     assert probe.state.startswith("bypass_emptying_")
     assert probe.value > probe.cost > 0.0 and probe.nats > 1.0
     assert end.likeliest == fault and end.probability >= 0.75
