@@ -94,6 +94,7 @@ REFUSED: list[tuple[tuple[dict[str, float], ...], str, str]] = [
     (({SOMETHING_ELSE: 0.6, "fouling": 0.4},), "scale", "no unknown disturbance"),
     (({SOMETHING_ELSE: 1.0},), "scale", "no unknown disturbance"),
     (({"F3_noisy": 1.0},), "scale", "nothing simulates it"),
+    (({"T1_swings": 1.0},), "scale", "a table states no period"),
     (({"unknown_V2_F3_max+leak": 1.0},), "scale", "no unknown disturbance of one item"),
     (({"unknown_V2_F3_max": 0.6, "leak": 0.4},), "scale", "R1 and V2"),
     (({"unknown_V2_F3_max": 1.0},), "fouling", "choose another name"),

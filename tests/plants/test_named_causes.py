@@ -40,6 +40,7 @@ def test_tables_without_the_column_are_as_they_were(tmp_path: Path) -> None:
     [
         ("unknown_V2_F3_max", "unknown_V2_F3_mix", Code.UNKNOWN_FAULT, "unknown_V2_F3_max"),
         ("unknown_V2_F3_max", "F3_noisy", Code.UNKNOWN_FAULT, "nothing simulates"),
+        ("unknown_V2_F3_max", "T1_swings", Code.UNKNOWN_FAULT, "a table states no period"),
         ("unknown_V2_F3_max", "fouling", Code.UNKNOWN_FAULT, "there is no generated mode"),
         (",L/s,-0.125", ",L/min,-0.125", Code.BAD_WORD, "'L/s'"),
         ("-0.375", "-0.5", Code.SEVERITY_OUTSIDE_RANGE, "-0.375 to 0.375 L/s"),

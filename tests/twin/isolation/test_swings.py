@@ -10,7 +10,7 @@ import pytest
 
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.plants.settings.adopted import can_be_adopted
+from homeostat.plants.settings.adopted import why_not
 from homeostat.record.story.wording import named
 from homeostat.twin.forecast import forecast
 from homeostat.twin.twin import Twin
@@ -96,5 +96,5 @@ def test_a_table_cannot_adopt_it_and_its_period_is_told() -> None:
     plant: PlantDescription = reactor().description
     swinging = [m for m in plant.generated if m.effect is not None and m.effect.swings]
     compared = {f"{s.tag.name}_swings" for s in plant.signals if s.variable in reactor().twin.errors and s.component}
-    assert compared & {m.name for m in swinging} and not any(can_be_adopted(m) for m in swinging)
+    assert compared & {m.name for m in swinging} and not any(not why_not(m) for m in swinging)
     assert named((FaultState("L1_swings", 0.5, 10.0, 200.0),), plant) == "L1_swings 0.5 L every 200 s"

@@ -29,8 +29,8 @@ def carry_out(options: argparse.Namespace) -> int:
 def lines(told: Mapping[str, Any]) -> Iterator[str]:
     """What is shown of ``told``, line by line, what a person needs first at the front."""
     mode, link, thinking, ticks = (told[name] for name in ("mode", "link", "thinking", "ticks"))
-    signed = told["signed"] or "UNSIGNED"
-    yield _row("plant", f"{told['plant']}, configuration {told['configuration'][:12]}, {signed}")
+    signed = f", {told['signed'] or 'UNSIGNED'}" if "signed" in told else ""  # a service may be older than this command
+    yield _row("plant", f"{told['plant']}, configuration {told['configuration'][:12]}{signed}")
     asked = f"{mode['requested']} was asked for by {mode['by']}" if mode["by"] else "nobody has asked for another one"
     yield _row("mode", f"{mode['actual']}; {asked}{'; ' + mode['why'] if mode['why'] else ''}")
     if told["writes_nothing"]:

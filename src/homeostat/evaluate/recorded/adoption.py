@@ -18,7 +18,7 @@ from homeostat.domain.diagnosis import (
 from homeostat.domain.events.recovery import Diagnosed
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.tag import Range
-from homeostat.plants.settings.adopted import can_be_adopted
+from homeostat.plants.settings.adopted import why_not
 from homeostat.record.run_record import RunRecord
 
 SPREAD: Final = (0.25, 3.0)
@@ -70,8 +70,8 @@ def adoption(record: RunRecord, plant: PlantDescription, name: str, label: str, 
     said = by_fault_set(with_a_twin(told[-1].hypotheses))
     state = _chosen(said, plant, mode) if mode else _only(said, plant)
     found = plant.fault_mode(state.fault)
-    if not can_be_adopted(found):
-        raise AdoptionError(f"{found.name!r} cannot be adopted: nothing simulates it, so that no twin could try it")
+    if unfit := why_not(found):
+        raise AdoptionError(f"{found.name!r} cannot be adopted: {unfit}, so that no twin could try it")
     symptoms = _symptoms(record, told, state, plant)
     if not symptoms:
         raise AdoptionError(f"no symptom was seen of {found.name!r}, and a fault needs one that indicates it")

@@ -12,7 +12,7 @@ from homeostat.stl.units import in_unit
 def with_effects(faults: Sequence[FaultMode], generated: Iterable[FaultMode]) -> tuple[FaultMode, ...]:
     """``faults``, those that are one of the ``generated`` modes with its effect.
 
-    GraphError where there is no such mode, where nothing simulates it, and where unit or range are not those of it.
+    GraphError where there is no such mode, where no fault may be that, and where unit or range are not those of it.
     """
     modes = {mode.name: mode for mode in generated}
     wrong = [found for fault in faults if (found := _mistake(fault, modes)) is not None]
@@ -20,23 +20,24 @@ def with_effects(faults: Sequence[FaultMode], generated: Iterable[FaultMode]) ->
     return tuple(f if f.mode is None else replace(f, effect=modes[f.mode].effect) for f in faults)
 
 
-def can_be_adopted(mode: FaultMode) -> bool:
-    """Whether a fault of the tables may be this generated ``mode``: something has to simulate it.
-
-    What swings has a period besides its severity, which a table does not state.
-    """
-    return mode.effect is not None and mode.effect.kind is not EffectKind.UNSEEN and not mode.effect.swings
+def why_not(mode: FaultMode) -> str:
+    """Why no fault of the tables may be this generated ``mode``; empty where one may."""
+    if mode.effect is None or mode.effect.kind is EffectKind.UNSEEN:
+        return "nothing simulates it"
+    return "it swings, and a table states no period" if mode.effect.swings else ""
 
 
 def _mistake(fault: FaultMode, modes: dict[str, FaultMode]) -> Mistake | None:
     if fault.mode is None:
         return None
     thing, mode = f"fault {fault.name!r}", modes.get(fault.mode)
-    if mode is None or not can_be_adopted(mode):
-        known = sorted(name for name, each in modes.items() if can_be_adopted(each))
+    if mode is None or why_not(mode):
+        known = sorted(name for name, each in modes.items() if not why_not(each))
         hint = near_matches(fault.mode, known) or f"; there are {', '.join(known)}"
-        why = "there is no generated mode" if mode is None else "nothing simulates the generated mode"
-        return Mistake(Code.UNKNOWN_FAULT, thing, f"mode: {why} {fault.mode!r}{hint}")
+        why = f"there is no generated mode {fault.mode!r}"
+        if mode is not None:
+            why = f"{fault.mode!r} cannot be a fault of the tables, {why_not(mode)}"
+        return Mistake(Code.UNKNOWN_FAULT, thing, f"mode: {why}{hint}")
     if fault.severity_unit != mode.severity_unit:
         message = f"severity_unit is {fault.severity_unit!r}, that of {mode.name!r} is {mode.severity_unit!r}; say that"
         return Mistake(Code.BAD_WORD, thing, message)

@@ -34,7 +34,7 @@ NEARBY = (-16, -8, -3, 0, 3, 8, 16)
 """Ticks by which an onset may be another one where a size is."""
 SWINGING = 4
 """Of what swings so many are replayed, where"""
-SWINGS_NATS = 6.0
+REPLAYED_NATS = 6.0
 """they explain no less than this below the best that does not [nats]."""
 AMPLITUDES, SHIFT = (0.8, 1.0, 1.25), 1.0 / 24.0
 """Multiples of its size, and the share of a turn by which it is moved to either side,"""
@@ -84,7 +84,7 @@ class Estimation:
         found.sort(key=lambda each: -each.score)
         swinging = [each for each in found if each.period_s]
         found = [each for each in found if not each.period_s]
-        least = found[0].score - SWINGS_NATS if found else -np.inf
+        least = found[0].score - REPLAYED_NATS if found else -np.inf
         found = [self._refined(each) for each in found[:POLISHED] if each.size != 0.0]
         polished = sorted(self._polished([*found, *self._gross(since_s)]), key=lambda e: -e.score)
         swings = self._swinging(_of_each_item([each for each in swinging if each.score > least]))
