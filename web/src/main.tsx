@@ -1,7 +1,7 @@
 // The page: one run, one moment of it, and how that moves on.
 
 import { render } from "preact";
-import { useCallback, useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useCallback, useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import "uplot/dist/uPlot.min.css";
 import "./console.css";
 import { EpisodeCard } from "./card";
@@ -65,15 +65,16 @@ function Log({ lines, at, seek }: { lines: Line[]; at: number; seek: (at: number
 }
 
 function useKeys(run: Run | null, player: Player, turn: () => void, help: () => void, decide: (yes: boolean) => void, view: (name: View) => void, pause: () => void) {
-  useEffect(() => {
+  // Before it is painted: a key pressed at the first sight of a moment acts on that moment.
+  useLayoutEffect(() => {
     const press = (e: KeyboardEvent) => {
       const on = e.target as HTMLElement;
-      if (e.ctrlKey || e.metaKey || e.altKey || /^(SELECT|TEXTAREA)$/.test(on.tagName) || document.querySelector("dialog[open]")) return;
+      if (!player.now || e.ctrlKey || e.metaKey || e.altKey || /^(SELECT|TEXTAREA)$/.test(on.tagName) || document.querySelector("dialog[open]")) return;
       if (on.tagName === "INPUT" && ((on as HTMLInputElement).type !== "range" || /^(Arrow|Home|End|Page)/.test(e.key))) return;
       if (e.key === " " && /^(BUTTON|SUMMARY)$/.test(on.tagName)) return;
-      const at = player.now?.at_s ?? 0, step = e.shiftKey ? 60 : 10;
+      const far = e.shiftKey ? 60 : 10;
       const go: Record<string, () => void> = {
-        " ": player.toggle, ArrowLeft: () => player.seek(at - step), ArrowRight: () => player.seek(at + step),
+        " ": player.toggle, ArrowLeft: () => player.step(-far), ArrowRight: () => player.step(far),
         Home: () => player.seek(0), End: () => (run?.live ? player.follow() : player.seek(run?.last_s ?? 0)), "+": () => player.quicken(1), "-": () => player.quicken(-1),
         6: () => view("alarms"), 7: () => view("trends"), 8: () => view("journal"), 9: () => isKept() || view("ask"), 0: () => view("plant"), c: () => run?.beside && view("compare"),
         t: turn, p: pause, "?": help, a: () => decide(true), r: () => decide(false), e: () => run?.begins_s != null && player.seek(run.begins_s),

@@ -9,7 +9,7 @@ const SILENT_S = 4, AGAIN_MS = 2000;
 
 export interface Player {
   now: Moment | null; playing: boolean; speed: number; lost: boolean; silent_s: number;
-  seek: (at: number) => void; toggle: () => void; follow: () => void; quicken: (by: number) => void; choose: (speed: number) => void;
+  seek: (at: number) => void; step: (by: number) => void; toggle: () => void; follow: () => void; quicken: (by: number) => void; choose: (speed: number) => void;
 }
 
 // Time since something was heard, by a clock that nobody sets.
@@ -88,6 +88,8 @@ export function usePlayer(run: Run | null, refused: () => void): Player {
     if (run?.live) setPlaying(false);
     if (playing && !run?.live) { latest.current = to; setFrom(to); } else void look(to);
   };
+  // From where the last one led: a second press does not wait for what the first one asked for.
+  const step = (by: number) => seek(latest.current + by);
   const toggle = () => { setFrom(run?.live ? 1e12 : latest.current); setPlaying(!playing); };
   const follow = () => { setFrom(1e12); setPlaying(true); };
   const choose = (s: number) => { setFrom(latest.current); setSpeed(s); };
@@ -95,5 +97,5 @@ export function usePlayer(run: Run | null, refused: () => void): Player {
     const near = SPEEDS.findIndex((s) => s >= speed);
     choose(SPEEDS[Math.min(SPEEDS.length - 1, Math.max(0, near + by))]!);
   };
-  return { now, playing, speed, lost, silent_s, seek, toggle, follow, quicken, choose };
+  return { now, playing, speed, lost, silent_s, seek, step, toggle, follow, quicken, choose };
 }
