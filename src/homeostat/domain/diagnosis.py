@@ -95,12 +95,18 @@ class EffectKind(StrEnum):
     """A state gains or loses what its balance does not know of."""
     POSITION = "position"
     """An actuator does not stand where its command says; the quantity is the model's input that takes the command."""
+    STUCK = "stuck"
+    """An actuator stands where it stood; the quantity is the parameter that says how long it takes to move."""
     READING = "reading"
     """An instrument shows something else; nothing of the process changes but what follows from readings."""
     FROZEN = "frozen"
     """An instrument shows what it showed last."""
     UNSEEN = "unseen"
     """A mean value of the model does not change: noise, or a controller that computes something else."""
+
+
+SIZELESS = (EffectKind.STUCK, EffectKind.FROZEN, EffectKind.UNSEEN)
+"""What is there or not: it has no size that readings could tell."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,8 @@ from homeostat.process.moves import Move, MoveKind
 
 LEAST_CAPACITY: Final = 1e-9
 """What a balance holds at least per unit of its state: an empty vessel is no singularity."""
+NEVER_S: Final = 1e6
+"""How much longer an actuator takes to move that is stuck [s]: in an hour it has moved by a third of a per cent."""
 LEAST_SHARE: Final = 0.01
 """Share of its value that is left of a positive parameter at least [1]."""
 
@@ -46,6 +48,8 @@ class Effects:
                 least = self._least.get(effect.quantity, -np.inf)
                 i = column(self._model.parameters, effect.quantity)
                 return Move(MoveKind.PARAMETER, i, onset_s, size, effect.grows, least)
+            case EffectKind.STUCK:
+                return Move(MoveKind.PARAMETER, column(self._model.parameters, effect.quantity), onset_s, NEVER_S)
             case EffectKind.POSITION:
                 i, span = column(self._model.inputs, effect.quantity), self._commands[effect.quantity]
                 return Move(MoveKind.INPUT, i, onset_s, size, effect.grows, span.low, span.high)

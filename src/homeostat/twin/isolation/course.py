@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from homeostat.domain.diagnosis import Effect, EffectKind, FaultMode, FaultState
+from homeostat.domain.diagnosis import SIZELESS, Effect, FaultMode, FaultState
 from homeostat.twin.carried import FaultSet
 
-_SIZELESS = (EffectKind.FROZEN, EffectKind.UNSEEN)
 REACHED = tuple(0.85**k for k in range(1, 15))
 """Shares of what it would be if it still grew, that something may have come to [1]."""
 
@@ -84,5 +83,5 @@ def _lasting_mode(effect: Effect, total: float, modes: Mapping[str, FaultMode]) 
     """The mode that lasts and changes the quantity of ``effect`` by ``total``."""
     nameless = [mode for mode in modes.values() if not mode.listed]
     every = [(mode, mode.effect) for mode in nameless if mode.effect is not None and mode.effect.lasts]
-    same = [(mode, own) for mode, own in every if own.quantity == effect.quantity and own.kind not in _SIZELESS]
+    same = [(mode, own) for mode, own in every if own.quantity == effect.quantity and own.kind not in SIZELESS]
     return next((mode for mode, own in same if mode.unknown or own.per_unit * total >= 0.0), same[0][0])

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from homeostat.domain.diagnosis import Effect, EffectKind, FaultMode, FaultState
+from homeostat.domain.diagnosis import SIZELESS, Effect, EffectKind, FaultMode, FaultState
 from homeostat.process.types import Vec
 from homeostat.twin.carried import FaultSet
 from homeostat.twin.isolation.evidence import Evidence
@@ -69,7 +69,7 @@ class Estimation:
         self._responses = Responses(evidence, beside)
         self._groups: dict[tuple[EffectKind, str], list[FaultMode]] = {}
         for mode in modes:
-            if mode.effect is not None and mode.effect.kind not in (EffectKind.UNSEEN, EffectKind.FROZEN):
+            if mode.effect is not None and mode.effect.kind not in SIZELESS:
                 self._groups.setdefault((mode.effect.kind, mode.effect.quantity), []).append(mode)
         self._pass = LinearPass(evidence, prior, evidence.residuals([beside])[0])
         self._turns = Turns.of(self._responses.rows, self._responses.every, evidence.shape[0])

@@ -34,6 +34,7 @@ from homeostat.twin.isolation.prior import Prior
 from homeostat.twin.isolation.responses import FIRST_ROW
 from homeostat.twin.isolation.search import Scored, Search
 from homeostat.twin.isolation.sizes import SizeError, stated
+from homeostat.twin.isolation.standing import standing
 from homeostat.twin.isolation.wandering import paths
 from homeostat.twin.settings import TwinSettings
 
@@ -274,6 +275,7 @@ class FaultIsolation:
         modes = [mode for mode in self._plant.generated if mode.component not in accused]
         estimates = _estimates(evidence, modes, search, beside, since_s)
         found = [each for estimate in estimates for each in self._bounded(estimate, beside)]
+        found += standing(evidence, modes, search.prior, beside)
         further = SECOND_FAULT_NATS if beside else 0.0
         found = [Scored(each.faults, each.score - further) for each in found]
         found += list(self._turned_back(found, search.known, evidence.window.at_s(FIRST_ROW)))

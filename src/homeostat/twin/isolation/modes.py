@@ -6,7 +6,7 @@ changes a characteristic, is not: such a mode says where it is and how large, an
 
 from collections.abc import Collection, Iterator, Sequence
 
-from homeostat.domain.diagnosis import SOMETHING_ELSE, Effect, EffectKind, FaultMode
+from homeostat.domain.diagnosis import SIZELESS, SOMETHING_ELSE, Effect, EffectKind, FaultMode
 from homeostat.domain.plant.description import PlantDescription, Relation, Signal
 from homeostat.domain.plant.parameter import ModelParameter
 from homeostat.domain.plant.tag import Range, Role
@@ -40,9 +40,11 @@ def generated_modes(plant: PlantDescription, twin: TwinSettings) -> tuple[FaultM
     modes += [mode for balance in twin.balances for mode in _of_balance(balance, twin.replay_s)]
     modes += [mode for signal in plant.signals for mode in _of_actuator(signal, plant, twin.replay_s)]
     sensors = {s.component for s in measured}
+    actuators = {s.component for s in plant.signals if s.relation is Relation.DRIVES}
     for p in plant.parameters:
         mine = next((b for b in twin.balances if _is_in(p, b, plant)), None)
         modes += _of_parameter(p, mine, sensors, twin.replay_s)
+        modes += _of_lag(p, actuators)
     names = {fault.name for fault in plant.faults}
     return tuple(mode for mode in modes if mode.name not in names)
 
@@ -142,6 +144,13 @@ def _of_parameter(
     yield _mode(f"{name}_growing", f"{words}, growing", where, f"{p.unit}/s", both, effect, unknown=True)
 
 
+def _of_lag(p: ModelParameter, actuators: Collection[str]) -> Iterator[FaultMode]:
+    """An actuator that follows its command with a lag may stand still."""
+    if p.component in actuators and p.unit == "s" and p.sd > 0.0:
+        words, effect = f"{p.component} stands still whatever it is told", Effect(EffectKind.STUCK, p.symbol)
+        yield _mode(f"{p.component}_stuck", words, p.component, "1", Range(0.0, 1.0), effect)
+
+
 def _of_nothing_listed(plant: PlantDescription) -> FaultMode:
     """What is wrong where nothing fits of all that could be."""
     words = "unknown cause: nothing that is known or estimated fits"
@@ -151,7 +160,7 @@ def _of_nothing_listed(plant: PlantDescription) -> FaultMode:
 def _mode(
     name: str, words: str, component: str, unit: str, sizes: Range, effect: Effect, *, unknown: bool = False
 ) -> FaultMode:
-    estimated = effect.kind not in (EffectKind.FROZEN, EffectKind.UNSEEN)
+    estimated = effect.kind not in SIZELESS
     return FaultMode(
         name=name,
         label=words,

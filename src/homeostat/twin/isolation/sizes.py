@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from homeostat.domain.diagnosis import EffectKind, FaultMode, FaultState, Hypothesis
+from homeostat.domain.diagnosis import SIZELESS, FaultMode, FaultState, Hypothesis
 from homeostat.twin.carried import FaultSet
 from homeostat.twin.isolation.evidence import Evidence
 from homeostat.twin.isolation.responses import FIRST_ROW
@@ -104,7 +104,7 @@ def stated(
 
 def _has_size(mode: FaultMode) -> bool:
     """Whether a fault has a size that readings may tell."""
-    return mode.effect is None or mode.effect.kind not in (EffectKind.FROZEN, EffectKind.UNSEEN)
+    return mode.effect is None or mode.effect.kind not in SIZELESS
 
 
 def _edges(
