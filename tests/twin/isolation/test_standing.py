@@ -42,6 +42,13 @@ def test_what_moves_is_not_said_to_stand(disturbance: str, lag_s: int) -> None:
     assert sum(h.probability for h in found if any(f.fault.endswith("_stuck") for f in h.faults)) < 0.05
 
 
+def test_what_is_not_explained_is_not_blamed_on_a_pump_that_stands() -> None:
+    """Over a weir that is lower flows what no cause of this plant is; the pump does what it is told."""
+    twin = followed(f"V_brim - 1.5 from {ONSET_S}", 600, "plant")
+    found = twin.explain(TABLES, (FaultState("leak", 0.0009, ONSET_S - 5.0),), since_s=ONSET_S + 5.0)
+    assert sum(h.probability for h in found if any(f.fault == "P1_stuck" for f in h.faults)) < 0.05
+
+
 def test_a_named_fault_of_the_tables_keeps_its_name() -> None:
     """A cooling valve that is stuck is the table's, which says how far it is shut."""
     twin = followed(f"V2 stiction 1 from {ONSET_S}", 400)

@@ -2,6 +2,7 @@
 
 No size is estimated, and no linear pass finds one: what follows depends on every command since. Each is replayed from
 onsets all over the window, and from before it: then it stands where its position was read, or is thought to have been.
+As nothing of it can be tuned, one that is right fits as the right explanation does; one that leaves more is none.
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,7 +11,7 @@ import numpy as np
 
 from homeostat.domain.diagnosis import EffectKind, FaultMode, FaultState
 from homeostat.twin.carried import FaultSet
-from homeostat.twin.isolation.evidence import Evidence
+from homeostat.twin.isolation.evidence import Evidence, Fit
 from homeostat.twin.isolation.prior import Prior
 from homeostat.twin.isolation.responses import FIRST_ROW
 from homeostat.twin.isolation.search import Scored
@@ -24,7 +25,8 @@ NEWEST = 12
 def standing(evidence: Evidence, modes: Sequence[FaultMode], prior: Prior, beside: FaultSet) -> Iterator[Scored]:
     """The best onset of each of ``modes`` that is an actuator which stands still, ``beside`` others.
 
-    None where there is too little to go by, or what is beside is no state of the model.
+    None where there is too little to go by, what is beside is no state of the model, or more is left unexplained than
+    of a right explanation: where one of another kind is missing, one that only takes an actuator away is soon the best.
     """
     stuck = [mode for mode in modes if mode.effect is not None and mode.effect.kind is EffectKind.STUCK]
     window, last = evidence.window, evidence.shape[0] - 1
@@ -38,7 +40,12 @@ def standing(evidence: Evidence, modes: Sequence[FaultMode], prior: Prior, besid
         row = window.row(best.faults[-1].onset_s)
         finer = [window.at_s(row + k) for k in near if FIRST_ROW <= row + k < last] if row >= FIRST_ROW else []
         found = max([best, *([_best(evidence, mode, beside, finer)] if finer else [])], key=lambda s: s.score)
-        yield Scored(found.faults, found.score + prior.of_mode(mode))
+        if np.isfinite(found.score) and not _fit(evidence, found).strained:
+            yield Scored(found.faults, found.score + prior.of_mode(mode))
+
+
+def _fit(evidence: Evidence, found: Scored) -> Fit:
+    return evidence.fit(evidence.losses(evidence.residuals([found.faults]))[1][0])
 
 
 def _best(evidence: Evidence, mode: FaultMode, beside: FaultSet, onsets_s: Sequence[float]) -> Scored:
