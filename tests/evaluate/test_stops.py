@@ -6,7 +6,7 @@ import functools
 
 import pytest
 
-from homeostat.domain.events.recovery import Probed, ProbeEnded
+from homeostat.domain.events.recovery import Probed, ProbeEnded, Waited
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.evaluate import runner
 from homeostat.evaluate.run import Run
@@ -48,3 +48,12 @@ def test_a_batch_that_was_stopped_goes_on_although_nobody_can_say_that_it_comes_
     states = [state for state, _ in done.record.states]
     at = states.index("held")
     assert states[at + 1] == states[at - 2] == "filling_B202" and states[-1] == "complete"
+
+
+@pytest.mark.slow
+def test_where_a_stop_does_not_tell_it_is_looked_at_again_for_as_long_as_the_fallback_leaves_time() -> None:
+    """For six seconds a supply that swings looks like an inlet that is stuck; some more show the level standing."""
+    done = batch("fill_rate * 0.5 from 10 every 40")
+    waits = [w.seconds for w in of(done, Waited) if isinstance(w, Waited)]
+    assert waits and max(waits) < 5.0, "between a test and the fallback there are seconds"
+    assert [state for state, _ in done.record.states][-1] == "complete" and not of(done, FallbackActivated)

@@ -16,6 +16,8 @@ from homeostat.recovery.scene import Scene
 
 OFFERED_S = (300.0, 180.0, 90.0, 45.0, 20.0, 10.0, 5.0)
 """Waits that are tried, the longest first, by the reference [s]."""
+LAST_S = (2.0, 1.0)
+"""Waits that are tried as well before the fallback, by the reference: all the time there is is used [s]."""
 LAST_LOOK_S = 5.0
 """Time that is kept for a look at the plant before the guard falls back by itself, where what is wrong may pass,
 by the reference [s]."""
@@ -36,19 +38,28 @@ class Postponing:
         ``passes``: what is wrong need not last, and is waited for as long as the guard leaves time for another look.
         """
         answer_s = self._timing.time_s(LAST_LOOK_S) if passes else math.inf
-        await self._try(lambda n, s: self._judging.postponement(PROPOSER, n, situation, s, answer_s), alternatives, end)
+        offered = (*OFFERED_S, *LAST_S)
+        await self._try(
+            lambda n, s: self._judging.postponement(PROPOSER, n, situation, s, answer_s), offered, alternatives, end
+        )
 
     async def add_before(self, dear: Approved, alternatives: Alternatives, situation: Situation, end: float) -> None:
         """Try waits before what is approved and ``dear``; until ``end``, by the event loop's clock [s]."""
         follow = Follow.of(dear.actions, dear.path)
-        await self._try(lambda n, s: self._judging.wait(PROPOSER, n, situation, s, follow), alternatives, end)
+        await self._try(
+            lambda n, s: self._judging.wait(PROPOSER, n, situation, s, follow), OFFERED_S, alternatives, end
+        )
 
     async def _try(
-        self, wait: Callable[[int, float], Awaitable[Judged]], alternatives: Alternatives, end: float
+        self,
+        wait: Callable[[int, float], Awaitable[Judged]],
+        offered_s: tuple[float, ...],
+        alternatives: Alternatives,
+        end: float,
     ) -> None:
         try:
             async with asyncio.timeout_at(self._scene.cut(end)):
-                for number, seconds in enumerate(self._timing.times_s(OFFERED_S), 1):
+                for number, seconds in enumerate(dict.fromkeys(self._timing.times_s(offered_s)), 1):
                     judged = await wait(number, seconds)
                     if judged.found is not None:
                         self._scene.record(Attempted.of(PROPOSER, judged.attempt))
