@@ -79,6 +79,22 @@ def test_the_path_that_may_cost_least_comes_first(cheapest: tuple[str, ...]) -> 
     assert plan(Bounded(costs)) == cheapest
 
 
+@pytest.mark.parametrize(
+    "fault, left",
+    [
+        ("V2_stuck", {REDUCED, HOLDING}),
+        ("V1_stuck", {COMPENSATED, HOLDING}),
+        ("P1_stuck", {COMPENSATED, REDUCED, HOLDING}),
+        ("unknown_position_V2", {COMPENSATED, REDUCED, HOLDING}),
+    ],
+)
+def test_an_actuator_that_stands_still_takes_away_what_needs_it(fault: str, left: set[tuple[str, ...]]) -> None:
+    """The graph has no node for it, as it has for a stuck valve of the tables; what only stands elsewhere moves."""
+    stands = Hypothesis((FaultState(fault, 1.0, 1450.0),), 1.0)
+    asked = replace(now(), diagnosis=Diagnosis(0.0, (), (stands,)))
+    assert {p.commanded for p in open_paths(reactor().description, grounding(), asked, Advice())} == left
+
+
 def test_without_bounds_the_least_risky_comes_first() -> None:
     refused, found = Advice(), []
     for _ in range(3):

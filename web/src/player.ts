@@ -35,19 +35,28 @@ export function usePlayer(run: Run | null, refused: () => void): Player {
   const [from, setFrom] = useState(0);
   const [attempt, setAttempt] = useState(0);
   const [silent_s, hear] = useSilence(playing);
-  const latest = useRef(0), asked = useRef(0);
-  const take = useCallback((m: Moment) => {
-    latest.current = m.at_s;
+  const latest = useRef(0), asked = useRef(0), answered = useRef(0), seen = useRef(0);
+  const show = useCallback((m: Moment) => {
+    seen.current = m.at_s;
     setNow((old) => (m.whole || !old ? m : { ...m, card: old.card, told: old.told }));
   }, []);
+  const take = useCallback((m: Moment) => { latest.current = m.at_s; show(m); }, [show]);
+  // While a key is held, every answer is shown that is newer than the one before; where the next step goes is known already.
   const look = useCallback(async (at: number) => {
     const mine = ++asked.current;
     latest.current = at;
     try {
       const m = await ask<Moment>("/api/moment", { at });
-      if (mine === asked.current) { setLost(false); take(m); }
-    } catch { setLost(true); refused(); }
-  }, [take]);
+      if (mine < answered.current) return;
+      answered.current = mine;
+      setLost(false);
+      if (mine === asked.current) take(m); else show(m);
+    } catch {
+      if (mine === asked.current) latest.current = seen.current;
+      setLost(true);
+      refused();
+    }
+  }, [take, show]);
   const begun = useRef(false), known = run !== null;
   useEffect(() => {
     if (!run || begun.current) return;

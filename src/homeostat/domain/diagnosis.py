@@ -106,7 +106,7 @@ class EffectKind(StrEnum):
 
 
 SIZELESS = (EffectKind.STUCK, EffectKind.FROZEN, EffectKind.UNSEEN)
-"""What is there or not: it has no size that readings could tell."""
+"""What is there or not, without a size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,6 +167,16 @@ class FaultMode:
     def listed(self) -> bool:
         """Whether the tables have it: it has an equation, or is a generated mode that got a name."""
         return self.effect is None or self.mode is not None
+
+    @property
+    def sizeless(self) -> bool:
+        """Whether it is there or not, and has no size."""
+        return self.effect is not None and self.effect.kind in SIZELESS
+
+    @property
+    def stands(self) -> bool:
+        """Whether an actuator of it stands still."""
+        return self.effect is not None and self.effect.kind is EffectKind.STUCK
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,8 @@ from homeostat.process.moves import Move, MoveKind
 
 LEAST_CAPACITY: Final = 1e-9
 """What a balance holds at least per unit of its state: an empty vessel is no singularity."""
-NEVER_S: Final = 1e6
-"""How much longer an actuator takes to move that is stuck [s]: in an hour it has moved by a third of a per cent."""
+NEVER_S: Final = 1e12
+"""How much longer an actuator takes to move that is stuck [s]: in years of a slow plant it has not moved."""
 LEAST_SHARE: Final = 0.01
 """Share of its value that is left of a positive parameter at least [1]."""
 

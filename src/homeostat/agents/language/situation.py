@@ -120,7 +120,8 @@ def _faults(group: Sequence[Hypothesis], plant: PlantDescription) -> str:
         unit = "" if fault.severity_unit == "1" else f" {fault.severity_unit}"
         size = f"{min(sizes):.3g}" if max(sizes) - min(sizes) < 1e-9 else f"{min(sizes):.3g} to {max(sizes):.3g}"
         since = f"{f' every {first.period_s:.0f} s' if first.period_s else ''}, since {first.onset_s:.0f} s"
-        told.append(f"{first.fault} ({quote(fault.label, 60)}), severity {size}{unit}{since}")
+        sized = "" if fault.sizeless else f", severity {size}{unit}"
+        told.append(f"{first.fault} ({quote(fault.label, 60)}){sized}{since}")
     return " and ".join(told) or "nothing is wrong"
 
 

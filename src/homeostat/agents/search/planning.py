@@ -85,7 +85,8 @@ def open_paths(
     home = machine.ordinary
     back = is_away(plant, situation) and all(f.satisfied for f in situation.idle)
     first = back and not any(states[-1] in home for states in advice.refused_paths)
-    for transitions in machine.paths(situation.state, values, machine.recovery_event, blocked=(), unreliable=lying):
+    still = {m.component for m in plant.fault_modes if m.name in faults and m.stands}  # the graph has no such fault
+    for transitions in machine.paths(situation.state, values, machine.recovery_event, still, unreliable=lying):
         path = RecoveryPath(machine, transitions)
         if back and path.target not in home and not _nearer(machine, situation.state, path, first):
             continue

@@ -218,7 +218,8 @@ def worded(held: FaultProbability, plant: PlantDescription) -> tuple[str, str]:
     if any(state.fault not in modes for state in held.faults):
         return held.name, ""
     labels = " + ".join(modes[state.fault].label or state.fault for state in held.faults)
-    sizes = [f"{s.severity:.3g}{_after(modes[s.fault].severity_unit)}{every(s)}" for s in held.faults]
+    sized = [s for s in held.faults if not modes[s.fault].sizeless]
+    sizes = [f"{s.severity:.3g}{_after(modes[s.fault].severity_unit)}{every(s)}" for s in sized]
     between = "" if held.between is None else f" ({held.between[0]:.3g} to {held.between[1]:.3g})"
     return labels, " + ".join(sizes) + between
 

@@ -36,6 +36,8 @@ def named(faults: Iterable[FaultState], plant: PlantDescription) -> str:
 
 
 def _sized(state: FaultState, mode: FaultMode) -> str:
+    if mode.sizeless:
+        return mode.name
     size = quantity(state.severity, mode.severity_unit) + every(state)
     return (
         f"{mode.label} {'+' if state.severity > 0.0 > mode.severity_range.low else ''}{size}"

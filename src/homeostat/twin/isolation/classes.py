@@ -106,6 +106,8 @@ def _rivals(group: Sequence[Scored], modes: Mapping[str, FaultMode], share: floa
     the best of what has no name where that disturbs something else. None of them is more than the one that it is.
     """
     best = _representative(group, modes)
+    if _stands(best, modes):
+        return _standing(best, group, modes, share)
     if not any(has_name(s.faults, modes) for s in group):
         return ((best, 1.0),)
     by_name: dict[frozenset[str], Scored] = {}
@@ -122,6 +124,25 @@ def _rivals(group: Sequence[Scored], modes: Mapping[str, FaultMode], share: floa
     weights[1:][share * weights[1:] < LEAST_PROBABILITY * weights.sum()] = 0.0
     parts = (weights / weights.sum()).tolist()
     return tuple((s, part) for s, part in zip(rivals, parts, strict=True) if part)
+
+
+def _standing(
+    best: Scored, group: Sequence[Scored], modes: Mapping[str, FaultMode], share: float
+) -> Sequence[tuple[Scored, float]]:
+    """An actuator that stands still, and beside it what else its class has: one that is slow stands at first, too."""
+    other = max((s for s in group if not _stands(s, modes)), key=_score, default=best)
+    weights = np.exp(np.array([best.score, other.score]) - max(best.score, other.score))
+    parts = weights / weights.sum()
+    if other is best or share * parts[1] < LEAST_PROBABILITY:
+        return ((best, 1.0),)
+    if share * parts[0] < LEAST_PROBABILITY:
+        return ((other, 1.0),)
+    return (best, float(parts[0])), (other, float(parts[1]))
+
+
+def _stands(scored: Scored, modes: Mapping[str, FaultMode]) -> bool:
+    """Whether an actuator of it stands still."""
+    return any(modes[f.fault].stands for f in scored.faults)
 
 
 def _spread(best: Scored, group: Sequence[Scored]) -> list[Scored]:

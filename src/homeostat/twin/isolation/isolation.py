@@ -306,8 +306,9 @@ class FaultIsolation:
         """The likeliest generated modes, each of another item, where they changed more than once."""
         modes, leaders = self._carrier.modes, dict[str, Scored]()
         for each in unknown:
-            if len(each.faults) == 1 and not modes[each.faults[0].fault].listed and not each.faults[0].period_s:
-                leaders.setdefault(modes[each.faults[0].fault].component, each)
+            alone = modes[each.faults[0].fault] if len(each.faults) == 1 else None
+            if alone is not None and not (alone.listed or alone.sizeless or each.faults[0].period_s):
+                leaders.setdefault(alone.component, each)
         found = []
         for first in list(leaders.values())[:COURSES]:
             course = first

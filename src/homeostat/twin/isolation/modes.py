@@ -40,11 +40,11 @@ def generated_modes(plant: PlantDescription, twin: TwinSettings) -> tuple[FaultM
     modes += [mode for balance in twin.balances for mode in _of_balance(balance, twin.replay_s)]
     modes += [mode for signal in plant.signals for mode in _of_actuator(signal, plant, twin.replay_s)]
     sensors = {s.component for s in measured}
-    actuators = {s.component for s in plant.signals if s.relation is Relation.DRIVES}
+    actuators = dict.fromkeys(s.component for s in plant.signals if s.relation is Relation.DRIVES)
     for p in plant.parameters:
         mine = next((b for b in twin.balances if _is_in(p, b, plant)), None)
         modes += _of_parameter(p, mine, sensors, twin.replay_s)
-        modes += _of_lag(p, actuators)
+    modes += [mode for component in actuators for mode in _of_lag(component, plant.parameters)]
     names = {fault.name for fault in plant.faults}
     return tuple(mode for mode in modes if mode.name not in names)
 
@@ -144,11 +144,12 @@ def _of_parameter(
     yield _mode(f"{name}_growing", f"{words}, growing", where, f"{p.unit}/s", both, effect, unknown=True)
 
 
-def _of_lag(p: ModelParameter, actuators: Collection[str]) -> Iterator[FaultMode]:
-    """An actuator that follows its command with a lag may stand still."""
-    if p.component in actuators and p.unit == "s" and p.sd > 0.0:
-        words, effect = f"{p.component} stands still whatever it is told", Effect(EffectKind.STUCK, p.symbol)
-        yield _mode(f"{p.component}_stuck", words, p.component, "1", Range(0.0, 1.0), effect)
+def _of_lag(actuator: str, parameters: Sequence[ModelParameter]) -> Iterator[FaultMode]:
+    """An actuator that follows its command with an uncertain lag may stand still; none where that may be another time."""
+    times = [p for p in parameters if p.component == actuator and p.unit == "s" and p.sd > 0.0]
+    if len(times) == 1:
+        words, effect = f"{actuator} stands still whatever it is told", Effect(EffectKind.STUCK, times[0].symbol)
+        yield _mode(f"{actuator}_stuck", words, actuator, "1", Range(0.0, 1.0), effect)
 
 
 def _of_nothing_listed(plant: PlantDescription) -> FaultMode:

@@ -22,6 +22,9 @@ MOVED_NATS = 3.0
 and more often than not it stays where it is for minutes [nats]."""
 SWINGS_NATS = 6.0
 """What it costs that something swings, which may have any period and begin anywhere in its turn [nats]."""
+STANDS_NATS = 5.0
+"""What it costs that an actuator does not move at all: one that is slow pays for how slow it is, and looks like it until
+it comes [nats]."""
 JUMP = 60
 """Readings on either side of an onset whose means say what a transmitter has jumped by."""
 
@@ -92,6 +95,8 @@ class Prior:
         jumped = JUMPED_NATS if at_once and mode.component in self._jumped else 0.0
         if mode.effect is not None and mode.effect.swings:
             return -FAULT_NATS - GENERATED_NATS - SWINGS_NATS
+        if mode.stands and not mode.listed:
+            return -FAULT_NATS - GENERATED_NATS - STANDS_NATS
         if not mode.listed:
             return jumped - FAULT_NATS - GENERATED_NATS
         return jumped - FAULT_NATS + float(np.log(mode.prior / self._usual))

@@ -82,6 +82,8 @@ class Search:
             return self.prior.of_mode(mode) - self._had[state.fault].nats(state.severity)
         if mode.listed:
             return self.prior.of_state(mode, state)
+        if mode.sizeless:
+            return self.prior.of_mode(mode)
         return self.prior.of_mode(mode) - float(size_nats(np.array(state.severity / mode.severity_nominal)))
 
     def singles(self, names: Sequence[str], onsets_s: Sequence[float]) -> list[Scored]:
@@ -190,6 +192,8 @@ class Search:
         """
         mode, step = self._modes[centre.fault], scale / 24.0
         r = mode.severity_range
+        if mode.sizeless:
+            return [centre]
         if mode.effect is not None:
             multiples = [centre.severity * (1.0 + 2.0 * k * scale * 0.1) for k in range(-3, 4)]
             allowed = sorted({r.clip(size) for size in multiples}) if mode.listed else multiples

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from homeostat.domain.diagnosis import SIZELESS, FaultMode, FaultState, Hypothesis
+from homeostat.domain.diagnosis import FaultMode, FaultState, Hypothesis
 from homeostat.twin.carried import FaultSet
 from homeostat.twin.isolation.evidence import Evidence
 from homeostat.twin.isolation.responses import FIRST_ROW
@@ -89,7 +89,7 @@ def stated(
     leaders: dict[str, Hypothesis] = {}
     for each in sorted(hypotheses, key=lambda h: -h.probability):
         sized = len(each.faults) == 1 and each.faults[0].severity and not each.something_else
-        if sized and _has_size(modes[each.name]):
+        if sized and not modes[each.name].sizeless:
             leaders.setdefault(each.name, each)
     chosen = list(leaders.values())[:MOST]
     nats = 0.5 * DEVIATIONS**2 * divisor
@@ -100,11 +100,6 @@ def stated(
         allowed = mode.severity_range
         found[one.name] = min(max(low, allowed.low), size), max(min(high, allowed.high), size)
     return tuple(replace(h, between=found.get(h.name)) for h in hypotheses)
-
-
-def _has_size(mode: FaultMode) -> bool:
-    """Whether a fault has a size that readings may tell."""
-    return mode.effect is None or mode.effect.kind not in SIZELESS
 
 
 def _edges(

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from homeostat.domain.diagnosis import EffectKind, FaultMode, FaultState
+from homeostat.domain.diagnosis import FaultMode, FaultState
 from homeostat.twin.carried import FaultSet
 from homeostat.twin.isolation.evidence import Evidence, Fit
 from homeostat.twin.isolation.prior import Prior
@@ -28,7 +28,7 @@ def standing(evidence: Evidence, modes: Sequence[FaultMode], prior: Prior, besid
     None where there is too little to go by, what is beside is no state of the model, or more is left unexplained than
     of a right explanation: where one of another kind is missing, one that only takes an actuator away is soon the best.
     """
-    stuck = [mode for mode in modes if mode.effect is not None and mode.effect.kind is EffectKind.STUCK]
+    stuck = [mode for mode in modes if mode.stands]
     window, last = evidence.window, evidence.shape[0] - 1
     if last <= FIRST_ROW:
         return
