@@ -1,6 +1,7 @@
-"""Fault modes that no table need name: every transmitter, every balance, every uncertain parameter of the plant.
+"""Fault modes that no table need name: of every transmitter, actuator, balance and uncertain parameter of the plant.
 
-A transmitter that reads high or low, drifts, is stuck or noisy is a cause that has a name. What disturbs a balance, or
+A transmitter that reads high or low, drifts, is stuck or noisy, and an actuator that stands still, are causes that have
+a name. What disturbs a balance, or
 changes a characteristic, is not: such a mode says where it is and how large, and is called unknown.
 """
 
@@ -27,7 +28,7 @@ PRIOR = 0.05
 
 
 def generated_modes(plant: PlantDescription, twin: TwinSettings) -> tuple[FaultMode, ...]:
-    """The fault modes of ``plant`` that follow from its instruments, loops, balances and parameters.
+    """The fault modes of ``plant`` that follow from its instruments, actuators, loops, balances and parameters.
 
     Those that the twin cannot see, because it compares no reading with them, are left out. Severities of what is
     ``unknown`` have a sign, but for what can only be lost; those of transmitters are sizes, with the direction in their
