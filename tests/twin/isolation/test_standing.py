@@ -50,10 +50,9 @@ def test_what_is_not_explained_is_not_blamed_on_a_pump_that_stands() -> None:
 
 
 def test_a_valve_that_stands_is_accused_by_whatever_name() -> None:
-    """The tables have a cooling valve that is stuck, too, and say how far it is shut; its name is used where it fits."""
+    """The tables have a cooling valve that is stuck, and say how far it is shut: that name is used where it fits."""
     found = followed(f"V2 stiction 1 from {ONSET_S}", 400).explain(TABLES, (), since_s=ONSET_S + 60.0)
-    accused = {reactor().description.fault_mode(f.fault).component for f in found[0].faults}
-    assert accused == {"V2"} and {"cool_stuck_closed", "cool_stuck_open", "V2_stuck"} & {f.fault for f in found[0].faults}
+    assert found[0].name in {"cool_stuck_closed", "cool_stuck_open", "V2_stuck"}
 
 
 @pytest.mark.parametrize("seed", [4, 5, 6])

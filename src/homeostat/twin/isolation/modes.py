@@ -146,7 +146,7 @@ def _of_parameter(
 
 
 def _of_lag(actuator: str, parameters: Sequence[ModelParameter]) -> Iterator[FaultMode]:
-    """An actuator that follows its command with an uncertain lag may stand still; none where that may be another time."""
+    """An actuator with an uncertain lag may stand still; none where that may be another time of it."""
     times = [p for p in parameters if p.component == actuator and p.unit == "s" and p.sd > 0.0]
     if len(times) == 1:
         words, effect = f"{actuator} stands still whatever it is told", Effect(EffectKind.STUCK, times[0].symbol)

@@ -23,8 +23,8 @@ and more often than not it stays where it is for minutes [nats]."""
 SWINGS_NATS = 6.0
 """What it costs that something swings, which may have any period and begin anywhere in its turn [nats]."""
 STANDS_NATS = 5.0
-"""What it costs that an actuator does not move at all: one that is slow pays for how slow it is, and looks like it until
-it comes [nats]."""
+"""What it costs that an actuator does not move at all: one that is slow pays for how slow it is, and looks the same
+until it comes [nats]."""
 JUMP = 60
 """Readings on either side of an onset whose means say what a transmitter has jumped by."""
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from homeostat.domain.diagnosis import FaultMode, FaultState, Hypothesis
+from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.twin.carried import FaultSet
 from homeostat.twin.isolation.evidence import Evidence
 from homeostat.twin.isolation.responses import FIRST_ROW
