@@ -17,7 +17,7 @@ from homeostat.recovery.scene import Scene
 OFFERED_S = (300.0, 180.0, 90.0, 45.0, 20.0, 10.0, 5.0)
 """Waits that are tried, the longest first, by the reference [s]."""
 LAST_S = (2.0, 1.0)
-"""Waits that are tried as well before the fallback, by the reference: all the time there is is used [s]."""
+"""Waits that are tried as well before the fallback, by the reference: seconds may tell [s]."""
 LAST_LOOK_S = 5.0
 """Time that is kept for a look at the plant before the guard falls back by itself, where what is wrong may pass,
 by the reference [s]."""

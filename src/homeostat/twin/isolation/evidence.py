@@ -207,6 +207,10 @@ class Evidence:
         loss, _ = self.losses(self._misfit(run))
         return np.where(lost, -np.inf, -0.5 * loss / TEMPER)
 
+    def fit_of(self, faults: FaultSet) -> Fit:
+        """How well ``faults`` explain the readings."""
+        return self.fit(self.losses(self.residuals([faults]))[1][0])
+
     def fit(self, left: Vec, block: int = BLOCK) -> Fit:
         """How well an explanation fits of which ``left`` is left, shape (readings,), in blocks of so many readings.
 

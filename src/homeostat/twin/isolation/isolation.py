@@ -233,7 +233,7 @@ class FaultIsolation:
         nats = evidence.likelihoods(sets)
         if np.isinf(nats[0]):  # with what was said the model leaves the physical world now
             return False
-        fit = _fit(evidence, Scored(faults, float(nats[0])))
+        fit = evidence.fit_of(faults)
         return not fit.strained and bool(np.all(nats[1:] <= nats[0] + 1.0))
 
     def nothing(self, window: Window, posterior: Posterior) -> dict[str, Fit]:
@@ -350,7 +350,7 @@ class FaultIsolation:
 def _best(scored: Sequence[Scored], evidence: Evidence, none: float) -> tuple[Scored, Fit]:
     """The best explanation and how well it fits."""
     best = max(scored, key=lambda s: s.score, default=Scored((), none))
-    return best, _fit(evidence, best)
+    return best, evidence.fit_of(best.replayed)
 
 
 def _spread(scored: Sequence[Scored], none: float, best: Scored, fit: Fit) -> tuple[list[Scored], float]:
@@ -390,7 +390,3 @@ def _certain(said: Sequence[Hypothesis]) -> bool:
     """Whether one set of faults was said with near certainty, of those that a twin can carry."""
     held = with_a_twin(said)
     return bool(held) and bool(held[0].faults) and sum(h.probability for h in held if h.name == held[0].name) >= CERTAIN
-
-
-def _fit(evidence: Evidence, explanation: Scored) -> Fit:
-    return evidence.fit(evidence.losses(evidence.residuals([explanation.replayed]))[1][0])

@@ -11,7 +11,7 @@ import numpy as np
 
 from homeostat.domain.diagnosis import FaultMode, FaultState
 from homeostat.twin.carried import FaultSet
-from homeostat.twin.isolation.evidence import Evidence, Fit
+from homeostat.twin.isolation.evidence import Evidence
 from homeostat.twin.isolation.prior import Prior
 from homeostat.twin.isolation.responses import FIRST_ROW
 from homeostat.twin.isolation.search import Scored
@@ -40,12 +40,8 @@ def standing(evidence: Evidence, modes: Sequence[FaultMode], prior: Prior, besid
         row = window.row(best.faults[-1].onset_s)
         finer = [window.at_s(row + k) for k in near if FIRST_ROW <= row + k < last] if row >= FIRST_ROW else []
         found = max([best, *([_best(evidence, mode, beside, finer)] if finer else [])], key=lambda s: s.score)
-        if np.isfinite(found.score) and not _fit(evidence, found).strained:
+        if np.isfinite(found.score) and not evidence.fit_of(found.faults).strained:
             yield Scored(found.faults, found.score + prior.of_mode(mode))
-
-
-def _fit(evidence: Evidence, found: Scored) -> Fit:
-    return evidence.fit(evidence.losses(evidence.residuals([found.faults]))[1][0])
 
 
 def _best(evidence: Evidence, mode: FaultMode, beside: FaultSet, onsets_s: Sequence[float]) -> Scored:
