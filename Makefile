@@ -11,37 +11,32 @@ COMPILE := $(BIN)/uv pip compile --universal --fork-strategy fewest --generate-h
 # others think against the clock.
 WORKERS ?= 2
 PYTEST := $(BIN)/pytest -n $(WORKERS) --dist worksteal
-# Where the quick, the slow and the wide tests are: nothing else is even read.
+# Where the quick and the wide tests are: nothing else is even read.
 QUICK := tests/domain tests/guard tests/journal tests/stl tests/tools tests/cli/test_replay.py
-SLOW := tests/agents tests/benchmarks tests/cli tests/console tests/detectors tests/docs tests/evaluate tests/guard tests/history tests/journal tests/plants tests/service
 WIDE := tests/agents tests/benchmarks tests/cli tests/console tests/evaluate tests/fuzz tests/guard tests/history tests/knowledge tests/links tests/llm tests/plants tests/process tests/reference tests/safety tests/service tests/stl tests/twin
 SEED := 1
 
-.PHONY: demo test quick slow wide landing full coverage pythons llm campaign console monitor opcua web graph results pages docs lint audit format lock help clean
+.PHONY: demo test quick slow wide full coverage pythons llm campaign console monitor opcua web graph results pages docs lint audit format lock help clean
 
 ## demo: a stuck cooling valve on the reactor, from the alarm to the released recovery
 demo: $(VENV)/.base
 	@$(BIN)/homeostat run cstr --fault cool_stuck_closed --seed $(SEED)
 
-## test: what to run before a change is handed over; all tests but those marked slow or wide
+## test: what to run before a change is handed over; all tests but those marked slow or wide; .ci/run runs it
 test: $(VENV)/.dev
-	$(PYTEST) -m "not slow and not wide"
+	$(PYTEST) -m "not slow and not wide" --durations=30 --durations-min=5
 
 ## quick: a cross-section within a minute, for while you work: rule language, domain, guard, journal, one run
 quick: $(VENV)/.dev
 	$(PYTEST) -m quick $(QUICK)
 
-## slow: what `make test` leaves out: kills, mutants, studies
+## slow: what `make test` leaves out: kills, mutants, studies, whole runs; after a change of what they are about
 slow: $(VENV)/.dev
-	$(PYTEST) -m "slow and not wide" $(SLOW)
+	$(PYTEST) -m "slow and not wide"
 
 ## wide: more seeds, sizes and texts of what other tests show once; before a release, or after a change of twin or recovery
 wide: $(VENV)/.dev
 	$(PYTEST) -m wide $(WIDE)
-
-## landing: what `make test` and `make slow` run, read once; .ci/run runs it
-landing: $(VENV)/.dev
-	$(PYTEST) -m "not wide" --durations=60 --durations-min=5
 
 ## full: every test there is
 full: $(VENV)/.dev

@@ -52,6 +52,7 @@ def offered() -> tuple[Probe, ...]:
     return probes(situation((JACKET, 0.6), (DRIFT, 0.4)))
 
 
+@pytest.mark.slow
 def test_a_drift_that_time_will_tell_is_waited_for() -> None:
     best = offered()[0]
     assert best.path is None and best.actions == IDLE, "nothing is cheaper than to wait"

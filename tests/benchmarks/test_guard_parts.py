@@ -10,6 +10,7 @@ from benchmarks.guard.store import Sizes
 PLANTS = ("cstr", "mixing_module")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plant", ["cstr", pytest.param("mixing_module", marks=pytest.mark.wide)])
 def test_three_bad_hours_miss_no_reaction(plant: str) -> None:
     found = bad_day.measure(plant, Sizes(days_s=10_800.0))

@@ -92,6 +92,7 @@ def test_every_disturbance_and_every_valve_stuck_in_three_ways_can_be_looked_aft
     assert [f.fault for f in every["V10 closed"].scenario(plant, 1, 18000.0, 46800.0).faults] == ["V10_stuck_closed"]
 
 
+@pytest.mark.slow
 def test_a_valve_that_sticks_where_it_stands_stands_there() -> None:
     plant = load_plant("tennessee_eastman", learned=False)
     case = stuck(plant)["V10 as it stands"].scenario(plant, 1, 1800.0, 5400.0)

@@ -66,6 +66,7 @@ def test_another_disturbance_under_the_same_name_is_another_recording(folder: Pa
     assert path_of(job) != path_of(other)
 
 
+@pytest.mark.slow
 def test_monitoring_sees_at_a_look_what_it_saw_in_the_run(folder: Path) -> None:
     plant, recording = load_plant(MIXER), recorded(load_plant(MIXER), flat_level())
     seen = []

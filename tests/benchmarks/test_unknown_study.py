@@ -234,6 +234,7 @@ def test_where_no_fallback_keeps_a_limit_others_are_tried(
     assert outside and found.startswith(best) and bool(found) == bool(best)
 
 
+@pytest.mark.slow
 def test_a_wrong_label_is_all_that_recovery_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     cause = next(c for c in forced_labels(load_plant("cstr"), 1) if c.id == "pump_degrade-told-level_bias")
     asked = job(cause, "forced")

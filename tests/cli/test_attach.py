@@ -117,6 +117,7 @@ def test_a_directory_with_something_else_in_it_is_refused(mapping: Path) -> None
     assert done.status == 2 and "'d' is not empty; choose another directory with --dir" in done.err
 
 
+@pytest.mark.slow
 def test_a_run_has_no_status(record: Path, tmp_path: Path) -> None:
     refused(homeostat("status", str(record), cwd=tmp_path), "is a run and not an attached plant")
     refused(homeostat("status", "nowhere", cwd=tmp_path), "nowhere")

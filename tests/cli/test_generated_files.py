@@ -122,6 +122,7 @@ def test_altered_reference_values_are_refused_by_every_command_that_needs_them(n
     assert state(boiler) == before
 
 
+@pytest.mark.slow
 def test_what_only_looks_for_mistakes_says_both_and_leaves_the_folder(boiler: Path) -> None:
     age(boiler)
     before = state(boiler)

@@ -30,6 +30,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Done:
     return once(tmp_path_factory, "measured", *SHORT, "--out", "run", "--history", "plant.history")
 
 
+@pytest.mark.slow
 def test_a_run_adds_what_its_instruments_said(measured: Done) -> None:
     assert measured.status == 0 and "history" not in measured.err
     history = EmbeddedHistory(measured.cwd / "plant.history")

@@ -88,6 +88,7 @@ def asked(tmp_path_factory: pytest.TempPathFactory) -> Done:
     return homeostat(*RUN, *arguments, "--json", cwd=tmp_path_factory.mktemp("asked"))
 
 
+@pytest.mark.slow
 def test_a_script_competes_with_the_search_and_the_cheapest_is_released(asked: Done) -> None:
     result = json.loads(asked.out)
     assert (asked.status, asked.err, result["outcome"]) == (0, "", "recovered")
@@ -110,6 +111,7 @@ def test_every_call_is_recorded_in_the_file_and_in_the_trace(asked: Done) -> Non
     assert {c.answer for c in calls} <= answers
 
 
+@pytest.mark.slow
 def test_what_was_recorded_replays_to_the_same_actions(asked: Done, tmp_path: Path) -> None:
     """Word for word the same questions: nothing needs to be guessed."""
     (tmp_path / "calls.jsonl").write_bytes((asked.cwd / "calls.jsonl").read_bytes())
@@ -121,6 +123,7 @@ def test_what_was_recorded_replays_to_the_same_actions(asked: Done, tmp_path: Pa
     assert [(c.prompt, c.answer) for c in after] == [(c.prompt, c.answer) for c in before]
 
 
+@pytest.mark.slow
 def test_a_recording_that_runs_out_hands_over_to_the_search(tmp_path: Path) -> None:
     (tmp_path / "calls.jsonl").write_text("")
     arguments = ("--proposer", "replay:calls.jsonl", "--record", "again.jsonl", "--out", "run")
@@ -130,6 +133,7 @@ def test_a_recording_that_runs_out_hands_over_to_the_search(tmp_path: Path) -> N
     assert {c.failure for c in read_calls(tmp_path / "again.jsonl")} == {Failure.EXHAUSTED}
 
 
+@pytest.mark.slow
 def test_a_recording_on_a_full_disk_is_told_once_and_ends_nothing(asked: Done, tmp_path: Path) -> None:
     arguments = ("--proposer", "scripted:reasonable", "--record", "/dev/full", "--out", "run", "--note", "Pump: new")
     done = homeostat(*RUN, *arguments, "--json", cwd=tmp_path)

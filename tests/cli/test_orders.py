@@ -62,6 +62,7 @@ def healthy(tmp_path: Path) -> Iterator[Going]:
     yield from going(tmp_path, "--mode", "approve", "--pace", "3")
 
 
+@pytest.mark.slow
 def test_a_request_is_listed_and_approved(faulty: Going) -> None:
     offered = faulty.told("offered")
     command = offered.partition("homeostat approve ")[2].split()
@@ -80,6 +81,7 @@ def test_a_request_is_listed_and_approved(faulty: Going) -> None:
     assert [e.fields["request"] for e in confirmed] == [request]
 
 
+@pytest.mark.slow
 def test_people_change_service_mode_and_more_while_a_run_goes_on(healthy: Going) -> None:
     healthy.told("state")
     status, listed = healthy.order("approve")
@@ -134,6 +136,7 @@ def test_where_a_person_decides_in_real_time_no_thinking_is_declared(tmp_path: P
     refused(homeostat(*command, cwd=tmp_path), "real time")
 
 
+@pytest.mark.slow
 def test_in_advise_what_would_be_released_is_shown_and_nobody_writes(tmp_path: Path) -> None:
     done = homeostat(
         "run", "mixing_module", "--fault", "stuck_closed_VI202", "--mode", "advise", "--end", "110", "--out", "run",

@@ -66,6 +66,7 @@ def copied(rows: Sequence[Row]) -> list[tuple[str, str, str, float]]:
     return [(row.case, row.proposer, row.outcome, row.least_margin) for row in rows]
 
 
+@pytest.mark.slow
 def test_it_is_run_recorded_and_gone_on_with(place: Path, tmp_path: Path) -> None:
     carried_out(place)
     made = rows(place)

@@ -59,6 +59,7 @@ def copy(where: Path) -> Path:
     return Path(shutil.copytree(INSTALLED / "cstr", where / "copy", ignore=shutil.ignore_patterns("__pycache__")))
 
 
+@pytest.mark.slow
 def test_the_rows_are_shown_and_nothing_is_written(impeller: Path, tmp_path: Path) -> None:
     folder = copy(tmp_path)
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
@@ -68,6 +69,7 @@ def test_the_rows_are_shown_and_nothing_is_written(impeller: Path, tmp_path: Pat
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 
+@pytest.mark.slow
 def test_a_copy_has_the_fault_in_its_tables_and_its_graph(impeller: Path, tmp_path: Path) -> None:
     folder = copy(tmp_path)
     done = adopt(impeller, tmp_path, "--name", "larger", "--label", "Impeller, larger", "--plant", "./copy")
@@ -84,6 +86,7 @@ def test_a_copy_has_the_fault_in_its_tables_and_its_graph(impeller: Path, tmp_pa
     assert homeostat("graph", "check", "./copy", cwd=tmp_path).status == 0
 
 
+@pytest.mark.slow
 def test_a_table_without_the_column_gets_it(impeller: Path, tmp_path: Path) -> None:
     folder = tmp_path / "bare"
     shutil.copytree(INSTALLED / "cstr", folder, ignore=shutil.ignore_patterns("__pycache__"))
@@ -100,6 +103,7 @@ def test_a_table_without_the_column_gets_it(impeller: Path, tmp_path: Path) -> N
     assert load_plant(str(folder)).description.fault("larger").mode == "unknown_P1_K_P1"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("simulated", [False, pytest.param(True, marks=pytest.mark.wide)])
 @pytest.mark.parametrize(
     ("disturbance", "end_s", "seed", "name", "severity"),

@@ -22,6 +22,7 @@ SHORT = (*RECOVERY[:7], "960", *RECOVERY[8:])
 """The run of every test here, ended soon after its release."""
 
 
+@pytest.mark.slow
 def test_a_run_makes_its_playbook_and_the_next_one_begins_with_it(tmp_path: Path) -> None:
     done = homeostat(*SHORT, "--playbook", "book.jsonl", cwd=tmp_path)
     assert done.err.endswith("homeostat: 1 entry added to book.jsonl\n")
@@ -41,6 +42,7 @@ def test_a_run_makes_its_playbook_and_the_next_one_begins_with_it(tmp_path: Path
     assert (replayed.status, replayed.out) == (0, again.out)
 
 
+@pytest.mark.slow
 def test_what_is_wrong_in_a_playbook_is_told_and_the_run_goes_on(tmp_path: Path) -> None:
     add_to_playbook(tmp_path / "book", [entry(), entry(stuck(0.6), configuration="0" * 64)])
     with (tmp_path / "book").open("ab") as file:
@@ -112,6 +114,7 @@ def test_a_playbook_that_is_not_there_cannot_be_shown(tmp_path: Path) -> None:
 BUILD = ("playbook", "build", "cstr", "--severities", "1", "--out", "book")
 
 
+@pytest.mark.slow
 def test_a_playbook_is_built_and_gone_on_with(tmp_path: Path) -> None:
     done = homeostat(*BUILD, "--faults", "cool_stuck_closed", cwd=tmp_path)
     assert (done.status, done.err.replace("homeostat: compiling, once\n", "")) == (0, "")
@@ -142,6 +145,7 @@ def test_what_the_plant_does_not_have_is_refused(tmp_path: Path) -> None:
     assert not (tmp_path / "book").exists()
 
 
+@pytest.mark.slow
 def test_a_run_that_was_killed_goes_on_with_the_playbook_that_it_began_with(tmp_path: Path) -> None:
     add_to_playbook(tmp_path / "book", [replace(entry(), source="before")])
     homeostat(*SHORT, "--playbook", "book", cwd=tmp_path)

@@ -33,6 +33,7 @@ def action(tmp_path_factory: pytest.TempPathFactory) -> Done:
     return homeostat("prompt", "cstr", *FAULT, cwd=tmp_path_factory.mktemp("prompt"))
 
 
+@pytest.mark.slow
 def test_the_first_question_to_action(action: Done) -> None:
     system, prompt, schema, tokens = shown(action)
     assert system.startswith("You are the Action agent") and prompt_file("rules").strip() in system
@@ -51,15 +52,18 @@ def test_nothing_is_kept(action: Done) -> None:
     assert list(action.cwd.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_run_of_months_ends_with_the_question(action: Done, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(prompt, "scenario", lambda *given: replace(scenario(*given), end_s=END_S))
     assert homeostat("prompt", "cstr", *FAULT, cwd=tmp_path).out == action.out
 
 
+@pytest.mark.slow
 def test_the_same_command_shows_the_same(action: Done, tmp_path: Path) -> None:
     assert homeostat("prompt", "cstr", *FAULT, "--agent", "action", "--number", "1", cwd=tmp_path).out == action.out
 
 
+@pytest.mark.slow
 def test_the_question_to_planning_with_a_note(tmp_path: Path) -> None:
     arguments = (
         "--agent",
@@ -77,6 +81,7 @@ def test_the_question_to_planning_with_a_note(tmp_path: Path) -> None:
     assert "enum" in schema["properties"]["path"] and template_sha256("planning").startswith(tokens[4])  # type: ignore[index]
 
 
+@pytest.mark.slow
 def test_a_later_question_shows_what_was_refused(tmp_path: Path) -> None:
     arguments = (*FAULT, "--severity", "0.85", "--number", "2")
     _, prompt, _, _ = shown(homeostat("prompt", "cstr", *arguments, cwd=tmp_path))
@@ -84,6 +89,7 @@ def test_a_later_question_shows_what_was_refused(tmp_path: Path) -> None:
     assert "margin per step" in prompt
 
 
+@pytest.mark.slow
 def test_a_question_that_is_never_asked(tmp_path: Path) -> None:
     done = homeostat("prompt", "cstr", "--fault", "leak", "--onset", "900", cwd=tmp_path)
     assert (done.status, done.err) == (1, "") and done.out.count("\n") == 1

@@ -21,6 +21,7 @@ def test_a_replay_shows_what_the_run_showed(recovered: Done) -> None:
     assert (again.status, again.out, again.err) == (0, recovered.out, "")
 
 
+@pytest.mark.slow
 def test_a_replay_as_json(recovered_json: Done) -> None:
     again = homeostat("replay", "run", "--json", cwd=recovered_json.cwd)
     assert (again.status, again.out, again.err) == (0, recovered_json.out, "")

@@ -88,6 +88,7 @@ def test_probabilities_and_actions_as_json(recovered_json: Done) -> None:
     assert all(e == {"from_detection": 0.0, "total": 0.0} for e in result["limit_exposure_s"].values())
 
 
+@pytest.mark.slow
 def test_a_run_in_which_the_fallback_acted_as_json(handed_over: Done) -> None:
     result = strict(handed_over.out)
     assert (handed_over.status, handed_over.err) == (3, "")
@@ -118,6 +119,7 @@ def test_runs_without_fault_get_directories_of_their_own(tmp_path: Path) -> None
     assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == ["cstr-none-1", "cstr-none-1-2"]
 
 
+@pytest.mark.slow
 def test_several_faults(tmp_path: Path) -> None:
     arguments = ("run", "cstr", "--fault", "inlet_stuck_open+leak", "--onset", "900", "--end", "1000", "--json")
     done = homeostat(*arguments, cwd=tmp_path)

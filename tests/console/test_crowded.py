@@ -85,6 +85,7 @@ def test_half_sent_requests_keep_nobody_out_who_is_signed_in(crowded: Served) ->
     assert bo.send("/api/me", {}, "GET").json["name"] == "Bo"
 
 
+@pytest.mark.slow
 def test_a_request_is_whole_in_time_or_not_answered(crowded: Served) -> None:
     begun = time.monotonic()
     head = (

@@ -24,6 +24,7 @@ def numbers(text: str) -> list[float]:
     return [float(n) for n in re.findall(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.]*\d)", text)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", ["recovered", "handed_over_run", "left_alone_run"])
 def test_it_says_everything_that_the_card_says(which: str, request: pytest.FixtureRequest) -> None:
     given = request.getfixturevalue(which)

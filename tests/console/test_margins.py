@@ -70,6 +70,7 @@ def test_where_the_plant_is_left_alone_the_journal_says_whose_margin_it_is(left_
     assert f"{mixed.margin:+.3g} L to 'L1 >= 2' at worst" in told_in_words and "scale" not in told_in_words
 
 
+@pytest.mark.slow
 def test_the_page_and_the_exported_page_say_it_too(page: Any, left_alone_run: Path, tmp_path: Path) -> None:
     run = opened(left_alone_run, None)
     card = seen(run, run.last_s).card

@@ -265,6 +265,7 @@ def test_a_session_that_is_over_orders_nothing(attended: Attended, desk: Served)
     assert ada.order("mode", "observe", password=PASSWORD.format("Ada")).status == 401 and heard(attended) == before
 
 
+@pytest.mark.slow
 def test_nothing_is_approved_on_old_data_and_a_service_that_is_gone_is_said(tmp_path: Path) -> None:
     people = accounts(tmp_path / "people.json", Bo="operator")
     service = Attended(tmp_path / "l")

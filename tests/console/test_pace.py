@@ -76,6 +76,7 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
         yield server
 
 
+@pytest.mark.slow
 def test_a_pause_lasts_and_is_told_to_everybody_who_looks(running: Live) -> None:
     assert running.pace() == {"speed": 5.0, "paused": False, "stands": False}
     assert running.change(paused=True, speed=300).status == 200
@@ -114,6 +115,7 @@ def test_nothing_else_changes_the_pace(running: Live, content: bytes, headers: d
     assert answer.status == status and "\n" not in answer.json["error"] and running.pace() == before
 
 
+@pytest.mark.slow
 def test_button_key_and_speeds(page: Any, running: Live) -> None:
     page.goto(running.address)
     nav = page.get_by_role("navigation", name="Pace of the run")
@@ -135,6 +137,7 @@ def test_button_key_and_speeds(page: Any, running: Live) -> None:
     assert found.violations_count == 0, found.generate_report()
 
 
+@pytest.mark.slow
 def test_who_only_looks_changes_no_pace_and_no_order_is_lost_in_a_pause(tmp_path: Path) -> None:
     people = accounts(tmp_path / "people.json", Vi="viewer", Op="operator")
     with live(tmp_path / "l", "--end", "20000", "--people", str(people)) as server:
@@ -160,6 +163,7 @@ def test_who_only_looks_changes_no_pace_and_no_order_is_lost_in_a_pause(tmp_path
         assert ended == ["interrupted"]
 
 
+@pytest.mark.slow
 def test_a_run_that_is_over_has_no_pace_any_more(tmp_path: Path) -> None:
     with live(tmp_path / "l", "--end", "60", "--pace", "1000") as server:
         until(lambda: server.pace() is None)

@@ -299,6 +299,7 @@ def test_of_whom_there_is_an_account_the_guesses_are_told(tmp_path: Path) -> Non
     assert [*kept["_hours"]] == [("ada", False)] and [*kept["_made_up"]] == [("nobody", False)]
 
 
+@pytest.mark.slow
 def test_who_guesses_without_a_session_keeps_nobody_from_the_plant(tmp_path: Path) -> None:
     clock = Clock()
     known = Accounts(accounts(tmp_path / "people.json", Bo="operator"))

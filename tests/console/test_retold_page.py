@@ -12,6 +12,8 @@ from tests.console.served import Browser, accounts, served
 from tests.console.test_hostile import MARKUP
 from tests.llm.replying import replying
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("pydantic_ai", reason="the extra 'llm' is not installed")
 
 

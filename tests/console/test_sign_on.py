@@ -200,6 +200,7 @@ def test_the_guard_judges_an_order_by_the_groups_of_whoever_proves_it(visitor: V
     assert not answer["done"] and answer["reason"] == "only an engineer may order 'mode'"
 
 
+@pytest.mark.slow
 def test_a_provider_that_asks_nobody_again_is_not_believed(attended: Attended, tmp_path: Path) -> None:
     people = accounts(tmp_path / "people.json", Ada="engineer")
     with providing("stale") as provider:

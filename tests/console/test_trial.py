@@ -131,6 +131,7 @@ def test_a_viewer_asks_nothing(recovered_run: Path, tmp_path: Path) -> None:
             assert browser.send("/api/trial", what, X_Homeostat_Token="").status == 403
 
 
+@pytest.mark.slow
 def test_a_person_tries_something_on_the_page(page: Any, console: Served) -> None:
     page.goto(console.address)
     page.wait_for_selector(".answers")

@@ -52,6 +52,7 @@ def worked(folder: Path) -> Path:
     return made
 
 
+@pytest.mark.slow
 def test_what_a_loop_hides_is_shown_by_the_balance_alone(tmp_path: Path) -> None:
     made = worked(tmp_path)
     assert [str(each) for each in check(str(made)).findings if each.counts] == []

@@ -21,6 +21,8 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.plants.plant import load_plant
 from tests.evaluate.test_operation import Person
 
+pytestmark = pytest.mark.slow
+
 Answer = Callable[[RequestAnswered], list[tuple[Verb, dict[str, Any]]]]
 
 

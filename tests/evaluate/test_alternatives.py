@@ -81,6 +81,7 @@ def test_diverted_only_from_its_time_on() -> None:
     assert (ours.signals["F1"][0, after] < 0.001).all() and (alone.signals["F1"][0, after] > 0.02).all()
 
 
+@pytest.mark.slow
 def test_acting_is_needed_where_leaving_alone_loses_more() -> None:
     """A pump that has failed violates no limit; its batch never ends."""
     result, _ = batch()
@@ -139,6 +140,7 @@ def test_an_unnoticed_fault_that_violates_nothing_is_no_action() -> None:
     assert outcome_of(mild, 9999.0).outcome is Outcome.NO_ACTION
 
 
+@pytest.mark.slow
 def test_a_line_that_is_blocked_is_held() -> None:
     chosen = scenario(reactor(), "outlet_block", 1, 1450.0, None, 1600.0)
     result = run(reactor(), chosen, clock=DeclaredClock(1.0))

@@ -103,6 +103,7 @@ def symptoms(plant: Plant, case: Scenario) -> list[tuple[float, str]]:
 ELSEWHERE = [("regulatory", {"X11G.sp": 60.0}), ("regulatory", {"Q11.sp": 25.244})]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("state", "setpoints"), ELSEWHERE, ids=lambda each: str(each))
 def test_what_is_ordered_elsewhere_is_no_symptom_and_a_fault_there_is_one(
     state: str, setpoints: dict[str, float], monkeypatch: pytest.MonkeyPatch

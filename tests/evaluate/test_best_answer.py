@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import pytest
+
 from homeostat.domain.plant.state_machine import SetpointRange
 from homeostat.evaluate.reference.best_answer import best_answer, grids
 from homeostat.evaluate.reference.best_constant import best_constant
@@ -57,6 +59,7 @@ def test_the_answer_is_no_dearer_than_the_best_of_any_state_and_finer_is_no_dear
     assert 0 < rough.admissible < rough.points
 
 
+@pytest.mark.slow
 def test_an_answer_after_which_there_is_no_plant_any_more_is_none() -> None:
     """Without D the pressure of the Tennessee Eastman plant trips within half an hour, whatever is commanded."""
     plant = load_plant("tennessee_eastman")

@@ -12,6 +12,8 @@ from homeostat.journal import Event, MemoryTrace
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.plant import Plant, load_plant
 
+pytestmark = pytest.mark.slow
+
 RUNS = {
     "cstr": ("cool_stuck_closed", 900.0, 1010.0),
     "mixing_module": ("stuck_closed_VI202", 60.0, 110.0),

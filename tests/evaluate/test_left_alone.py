@@ -94,6 +94,7 @@ def test_what_a_soft_criterion_costs_makes_an_action_worth_it() -> None:
     assert found.makes_needless(found.cost) and not found.makes_needless(costs(0.5 * found.cost.total))
 
 
+@pytest.mark.slow
 def test_what_was_done_to_a_reactor_that_cools_too_well_was_worth_it() -> None:
     """By limits and production alone it was called needless, against the comparison that it was released by."""
     result = run(reactor(), COLD, clock=DeclaredClock(1.0))

@@ -82,6 +82,7 @@ def operated(mode: Mode, person: Person, fault: str = "none", end_s: float = 130
     return run(plant(), scenario(plant(), fault, 1, end_s=end_s), trace, DeclaredClock(1.0), operation=operation)
 
 
+@pytest.mark.slow
 def test_what_is_offered_is_written_after_a_yes_to_its_digest() -> None:
     def yes(event: RequestAnswered) -> list[tuple[Verb, dict[str, Any]]]:
         wrong = {"subject": event.request, "digest": "0" * 64}
@@ -95,6 +96,7 @@ def test_what_is_offered_is_written_after_a_yes_to_its_digest() -> None:
     assert result.actor == "search" and result.state == "held"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("verb", "about", "ended"),
     [
@@ -154,6 +156,7 @@ def test_after_a_fallback_people_reset_choose_a_mode_and_start_again() -> None:
     assert [e.state for e in person.of(StateEntered)] == ["filling_B201", "aborted", "idle", "filling_B201"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", [Mode.OBSERVE, pytest.param(Mode.ADVISE, marks=pytest.mark.wide)])
 def test_nobody_writes_where_nobody_may_while_the_guard_follows_the_plant(mode: Mode) -> None:
     person = Person([

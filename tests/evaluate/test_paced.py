@@ -5,6 +5,8 @@ from __future__ import annotations
 import threading
 import time
 
+import pytest
+
 from homeostat.domain.events.recovery import ReleasedActions
 from homeostat.domain.observation import Observation
 from homeostat.evaluate.operation import Operation
@@ -15,6 +17,8 @@ from homeostat.journal.memory import Entry
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.plant import load_plant
 from homeostat.recovery.exchange.pacing import FASTEST, Pacing
+
+pytestmark = pytest.mark.slow
 
 END_S = 130.0
 

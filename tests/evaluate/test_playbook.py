@@ -62,6 +62,7 @@ def told(done: Run) -> list[tuple[float, object]]:
 # --- what a run adds ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_an_entry_says_what_was_seen_done_expected_and_came_of_it() -> None:
     entry = entries_of(first())[0]
     occasion, answer, after = entry.occasion, entry.answer, entry.aftermath
@@ -107,6 +108,7 @@ def test_what_ends_the_time_of_watching(later: tuple[Line, ...], end_s: float, e
 # --- a run that begins with one ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_what_helped_before_is_proposed_first_judged_bettered_and_compared() -> None:
     attempts = second().record.attempts
     assert attempts[0].proposer == "playbook" and attempts[0].findings and attempts[0].approved
@@ -125,6 +127,7 @@ def test_equal_inputs_with_an_equal_playbook_give_an_equal_run() -> None:
     assert told(again) == told(second())
 
 
+@pytest.mark.slow
 def test_an_empty_playbook_changes_nothing_that_is_released() -> None:
     without = recovered(1, None)
     released = [e.commands for e in without.record.of_kind(ReleasedActions)]
@@ -132,6 +135,7 @@ def test_an_empty_playbook_changes_nothing_that_is_released() -> None:
     assert next(e.proposer for e in first().record.of_kind(GaveUp)) == "playbook"
 
 
+@pytest.mark.slow
 def test_a_forged_entry_is_judged_and_not_released() -> None:
     """Whoever can write the file can propose anything, and no more than that."""
     entry = entries_of(first())[0]
@@ -180,6 +184,7 @@ def test_what_the_plant_does_not_have_is_refused(faults: list[str], states: list
         questions(reactor(), faults, 1, states)
 
 
+@pytest.mark.slow
 def test_an_answer_is_what_was_released_with_the_diagnosis_given() -> None:
     entry = answered(reactor(), Question(FAULT, 0.7, "normal", ONSET_S, 1))
     assert entry.occasion.hypotheses == (Hypothesis((FaultState(FAULT, 0.7, ONSET_S),), 1.0),)
@@ -188,6 +193,7 @@ def test_an_answer_is_what_was_released_with_the_diagnosis_given() -> None:
     assert len(book(entry)) == 1
 
 
+@pytest.mark.slow
 def test_where_there_is_no_answer_it_is_said() -> None:
     entry = answered(reactor(), Question("leak", 0.0198, "normal", ONSET_S, 2))
     assert entry.answer is None or entry.answer.path

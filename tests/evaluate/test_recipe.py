@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
+import pytest
+
 from homeostat.domain.events.guard import GuardStarted, SequenceLoaded, StateEntered
 from homeostat.domain.events.people import AlarmRaised, ModeEntered, ServiceChanged
 from homeostat.domain.events.writes import WriteIntended
@@ -84,6 +86,7 @@ def test_with_the_recipe_at_the_plant_the_guard_writes_no_step_of_it_and_is_in_i
     assert person.of(GuardStarted)[0].recipe == "plant" and person.of(ServiceChanged) == []
 
 
+@pytest.mark.slow
 def test_requests_go_all_the_same_and_the_plants_recipe_waits_for_their_steps() -> None:
     person = Person()
     result = operated(person, Side.PLANT, fault=FAULT, end_s=200.0)
@@ -96,6 +99,7 @@ def test_requests_go_all_the_same_and_the_plants_recipe_waits_for_their_steps() 
     assert person.of(ServiceChanged) == []
 
 
+@pytest.mark.slow
 def test_what_was_released_ends_in_observe_and_the_batch_goes_on_by_the_recipe_from_where_it_stands() -> None:
     person = Person([(145.0, Verb.MODE, {"subject": "observe"}), (150.0, Verb.MODE, {"subject": "closed-loop"})])
     trace = MemoryTrace()

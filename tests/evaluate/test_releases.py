@@ -155,6 +155,7 @@ def overtaken(person: Overtaking) -> Run:
     return run(plant, chosen, trace, DeclaredClock(1.0), operation=Operation(orders=person.orders))
 
 
+@pytest.mark.slow
 def test_a_release_that_recovery_had_no_time_to_record_is_scored_all_the_same() -> None:
     person = Overtaking("", Verb.MODE, "observe")
     result = overtaken(person)
@@ -164,6 +165,7 @@ def test_a_release_that_recovery_had_no_time_to_record_is_scored_all_the_same() 
     assert result.released_s is not None and result.actions == written[0].commands and result.min_margin is not None
 
 
+@pytest.mark.slow
 def test_a_fallback_between_the_confirmation_and_the_record_leaves_both_in_the_score() -> None:
     result = overtaken(Overtaking("confirmed", Verb.FALL_BACK))
     assert result.outcome is Outcome.FALLBACK and result.actor == "fallback" and result.released_s is not None
@@ -179,6 +181,7 @@ class Leaving:
         raise self._raised(0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("raised", [SystemExit, pytest.param(KeyboardInterrupt, marks=pytest.mark.wide)])
 def test_a_proposer_that_ends_the_process_ends_no_run(raised: type[BaseException], tmp_path: Path) -> None:
     def propose(bench: Workbench) -> Any:

@@ -20,8 +20,6 @@ from homeostat.journal.verify.verify import verify
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.directory import RunDirectory, RunDirectoryError
 
-pytestmark = pytest.mark.slow
-
 END_S, FAULT = 105.0, "stuck_closed_VI202"
 
 

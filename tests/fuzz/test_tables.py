@@ -172,6 +172,7 @@ def test_a_plant_loads_with_finite_numbers_or_not_at_all(folder: Path, data: st.
         assert signal.tag.range.low < signal.tag.range.high and signal.tag.scale > 0.0
 
 
+@pytest.mark.slow
 @settings(max_examples=8, suppress_health_check=UNHURRIED)
 @given(data=st.data())
 def test_what_the_schemas_let_pass_and_what_they_do_not_reach_is_refused_by_the_graph(

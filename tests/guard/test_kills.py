@@ -27,8 +27,6 @@ from homeostat.guard.settings import GuardSettings
 from homeostat.journal.encode import encode_fields
 from tests.guard.vessel import KEY, ROUTE, RULES, Vessel, World
 
-pytestmark = pytest.mark.slow
-
 KILLS = 300
 SETTINGS = GuardSettings(sync_s=1.0)
 

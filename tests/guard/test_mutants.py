@@ -13,7 +13,7 @@ from benchmarks.guard.mutation import LINE
 from tests.guard.mutants import changes, code_of, mutants, replaced
 from tests.guard.mutate import REPO, SAFETY_LAYER
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
+pytestmark = pytest.mark.timeout(600)
 
 LIMIT_S = 540
 

@@ -5,12 +5,8 @@ from __future__ import annotations
 import math
 import random
 
-import pytest
-
 from tests.guard.adversary import attack
 from tests.guard.vessel import RULES
-
-pytestmark = pytest.mark.slow
 
 COUNT = 10_000
 CHECKS = (

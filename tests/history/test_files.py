@@ -196,6 +196,7 @@ def test_settings_in_the_folder_are_those_of_the_store(tmp_path: Path) -> None:
     assert EmbeddedHistory(tmp_path).extent() is None
 
 
+@pytest.mark.slow
 def test_joining_hours_changes_nothing_that_is_read(tmp_path: Path) -> None:
     every = [batch(plain("T1", T0 + k * 60 * S, float(k)), own_us=T0 + k * 60 * S) for k in range(300)]
     with EmbeddedStore(tmp_path, HistorySettings(segment_s=120.0)) as store:

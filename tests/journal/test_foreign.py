@@ -146,6 +146,7 @@ def test_any_manifest_gets_an_answer_in_one_line(tmp_path: Path, data: st.DataOb
     judged(run)
 
 
+@pytest.mark.slow
 @SMALL
 @given(data=st.data())
 def test_any_events_get_an_answer_and_end_in_no_traceback(tmp_path: Path, data: st.DataObject) -> None:

@@ -114,6 +114,7 @@ def test_a_sync_that_hangs_keeps_nobody_from_recording(tmp_path: Path) -> None:
     assert verify(tmp_path / "run").lines == 1
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_journal(tmp_path: Path) -> None:
     with Journal(tmp_path / "run", SigningKey(bytes(32))) as journal:
         journal.subscribe(lambda event, at_s: None)

@@ -50,6 +50,7 @@ def test_a_committed_graph_is_what_its_tables_make(folder: Path) -> None:
     assert build(folder) == (folder / "plant.ttl").read_bytes(), f"run 'make graph': {folder}/plant.ttl is out of date"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", PLANTS, ids=lambda path: path.name)
 def test_an_rml_processor_makes_the_same_triples_of_the_mapping(folder: Path, tmp_path: Path) -> None:
     """Of the tables with every row stated: an RML processor reads what is there."""

@@ -295,6 +295,7 @@ CELLS = st.sampled_from(
 )
 
 
+@pytest.mark.slow
 @given(data=st.data())
 @settings(max_examples=60)
 def test_bad_cells_are_never_more_than_mistakes(data: st.DataObject, tmp_path_factory: pytest.TempPathFactory) -> None:

@@ -73,6 +73,7 @@ def test_the_planning_query_gives_the_recorded_graph(store: GraphStore) -> None:
     assert isomorphic(triples, "mixer_planning")
 
 
+@pytest.mark.slow
 def test_the_reactor_query_gives_the_recorded_graph(store: GraphStore) -> None:
     triples = store.construct(query("cstr_action"))
     assert len(triples) == 248

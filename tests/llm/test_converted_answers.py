@@ -136,6 +136,7 @@ def test_files_are_written_and_read_as_calls(
         assert read_calls(tmp_path / run.path) == run.calls
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "success"), [(RIGHT, True), (STUCK, False)])
 def test_a_right_model_completes_the_batch_alone_and_a_wrong_one_does_not(
     runs: dict[str, PublishedRun], name: str, success: bool

@@ -63,6 +63,7 @@ def test_it_is_short_and_nothing_in_it_is_generated(name: str) -> None:
     assert {p.parent.name for p in lines if p.suffix == ".csv"} == {"engineering"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     ["heated_batch", "two_tanks", *(pytest.param(name, marks=pytest.mark.wide) for name in NAMES[:2] + NAMES[3:4])],

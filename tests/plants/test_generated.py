@@ -133,6 +133,7 @@ def test_graph_check_sees_an_altered_graph_with_a_new_hash(reactor: Copy, tmp_pa
     assert done.status == 1 and "plant.ttl: is not what its tables make" in done.out
 
 
+@pytest.mark.slow
 def test_what_is_made_again_is_said_to_the_person_and_in_the_first_event(reactor: Copy, tmp_path: Path) -> None:
     reactor.replace(LIMITS, "T1 <= 313", "T1 <= 312.9")
     checked = homeostat("graph", "check", "./cstr", cwd=tmp_path)

@@ -101,6 +101,7 @@ def test_sign_and_verify_on_the_command_line(tmp_path: Path) -> None:
     assert changed.status == 1 and "signed another configuration" in changed.out
 
 
+@pytest.mark.slow
 def test_verify_writes_nothing_whatever_is_stale(tmp_path: Path) -> None:
     copy = Copy.of("mixing_module", tmp_path)
     homeostat("plant", "keygen", "own.key", cwd=tmp_path)

@@ -67,6 +67,7 @@ def run(folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 def test_it_compiles_once_says_so_and_again_after_a_change_in_another_file(tmp_path: Path) -> None:
     tank = made(tmp_path)
     first, second = run(tmp_path), run(tmp_path)
@@ -175,6 +176,7 @@ print(first.tolist(), second.tolist())
 """
 
 
+@pytest.mark.slow
 def test_each_kernel_has_machine_code_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also two of one module, and a copy of a folder that reads other numbers, with one cache for all."""
     made(tmp_path)

@@ -86,6 +86,7 @@ def leaking(plant: Plant) -> Run:
     return run(plant, scenario(plant, "leak", 1, 700.0, 0.02, 900.0), trace, DeclaredClock(1.0))
 
 
+@pytest.mark.slow
 def test_moments_in_their_order_and_equal_runs_equal_pictures(plant: Plant) -> None:
     done = leaking(plant)
     marks = explained(done, plant.description.machine, Clock((0.0, done.scenario.end_s), plant.description.timing))
@@ -124,6 +125,7 @@ def crossing(texts: Sequence[Text]) -> list[tuple[str, str]]:
     return [(a, b) for (a, first), (b, second) in combinations(boxes, 2) if first.overlaps(second)]
 
 
+@pytest.mark.slow
 def test_words_of_moments_and_names_of_states_can_be_read(batch: Plant, clogged: Run) -> None:
     figure = compose(clogged)
     moments, states = figure.axes[0].texts, figure.axes[-1].texts

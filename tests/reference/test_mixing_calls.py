@@ -133,6 +133,7 @@ def test_actuators_too_many_are_refused(wrong: Answer) -> None:
     assert judgement.asked and not judgement.accepted and "state" in judgement.causes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "step",
     [RIGHT_STEPS[3], *(pytest.param(step, marks=pytest.mark.wide) for step in RIGHT_STEPS if step != RIGHT_STEPS[3])],

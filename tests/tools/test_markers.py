@@ -1,4 +1,4 @@
-"""`make quick`, `make slow` and `make wide` read a few folders only; every test with their marker is in one of them."""
+"""`make quick` and `make wide` read a few folders only; every test with their marker is in one of them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.quick
-@pytest.mark.parametrize("marker", ["quick", "slow", "wide"])
+@pytest.mark.parametrize("marker", ["quick", "wide"])
 def test_every_marked_test_is_where_it_is_looked_for(marker: str) -> None:
     line = re.search(rf"^{marker.upper()} := (.*)$", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE)
     assert line is not None

@@ -58,6 +58,7 @@ def test_a_fault_that_the_readings_refute_is_given_up() -> None:
     assert with_fouling(healthy.explain(["fouling", "temp_bias"], (FOULED,), since_s=FOULED.onset_s)) <= 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("true", "believed"), [("temp_bias", "fouling"), ("inlet_stuck_open", "level_bias")])
 def test_what_was_believed_by_mistake_is_corrected(true: str, believed: str) -> None:
     size = {f.name: f.severity_nominal for f in reactor().description.faults}

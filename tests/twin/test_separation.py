@@ -88,6 +88,7 @@ def test_equal_questions_have_equal_answers() -> None:
     assert np.array_equal(nats(LESS_FEED, 120), nats(LESS_FEED, 120))
 
 
+@pytest.mark.slow
 def test_what_was_predicted_comes_true_after_the_move_and_not_without_it() -> None:
     every = [fault.name for fault in reactor().description.faults]
     likeliest = [by_fault_set(lying_feed(moved).explain(every, (), False, 1700.0)) for moved in (False, True)]

@@ -79,6 +79,7 @@ def test_only_what_no_instrument_shows_and_others_depend_on_is_followed(scaled: 
     assert scaled.model.unseen == ("scale",), "a total that nothing depends on is not among them"
 
 
+@pytest.mark.slow
 def test_it_is_where_what_is_known_has_moved_it(scaled: Plant, scaling: tuple[Snapshot, ...]) -> None:
     twin = following(scaled, scaling)
     assert twin._history.window(600).unseen["scale"] == 0.0, "nobody knew of anything"
@@ -158,6 +159,7 @@ def at_its_end(tmp_path_factory: pytest.TempPathFactory) -> Plant:
     return load_plant(str(folder), learned=False)
 
 
+@pytest.mark.slow
 def test_an_integral_term_is_followed_while_its_output_is_at_its_end(at_its_end: Plant) -> None:
     """A command at its end says nothing of it, and the loop leaves that end sooner or later by it."""
     plant, command = at_its_end, at_its_end.description.variables["P2.cmd"]

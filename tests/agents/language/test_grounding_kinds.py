@@ -124,6 +124,7 @@ def test_reprompting_is_told_the_same_rules(kind: GroundingKind) -> None:
     assert all(prompt_file("rules", kind).strip() in q.system for q in model.asked) and model.asked
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "kind",
     [

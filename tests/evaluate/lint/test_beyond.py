@@ -40,6 +40,7 @@ def sealed(folder: Path, seep: float) -> Path:
     return made
 
 
+@pytest.mark.slow
 def test_a_content_that_is_gone_after_the_run_is_told_with_the_time(tmp_path: Path) -> None:
     (only,) = beyond(Bench(sealed(tmp_path, 0.02)))
     assert only.severity is Severity.ERROR and only.where.key == "seal_leak"

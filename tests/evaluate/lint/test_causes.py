@@ -27,11 +27,13 @@ def example(name: str, folder: Path, *changes: tuple[str, str]) -> Path:
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["two_tanks", "instrument_air"])
 def test_a_plant_in_order_has_none(name: str) -> None:
     assert [*causes(Bench(EXAMPLES / name))] == []
 
 
+@pytest.mark.slow
 def test_the_outer_loop_of_a_cascade_is_blamed_for_what_the_inner_one_makes_of_it(tmp_path: Path) -> None:
     (only,) = causes(Bench(example("instrument_air", tmp_path, ("Ki_AIC1,0.02,", "Ki_AIC1,2,"))))
     assert only.where.key == "Ki_AIC1" and only.where.row and only.severity is Severity.ERROR

@@ -68,6 +68,7 @@ def test_what_is_raised_names_the_line(tmp_path: Path) -> None:
     assert said(folder)[0].where.row == line
 
 
+@pytest.mark.slow
 def test_equations_that_never_end_are_ended_and_told(tmp_path: Path) -> None:
     folder = site(tmp_path, HANGS)
     found = list(carried_out(folder, ("repetition", "fault-free"), lambda begun: None, 4.0))

@@ -35,6 +35,7 @@ tanks.rate(probe, (t2 - probe) * number({rate}, "1/s"))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rate", "parts", "needed"), [(5.0, 1, 4), pytest.param(5.0, 4, 0, marks=pytest.mark.wide), (1000.0, 1, 715)]
 )

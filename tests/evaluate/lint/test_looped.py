@@ -39,6 +39,7 @@ def test_a_controller_that_reads_something_else_is_one_finding(tmp_path: Path) -
     assert told.remedy == "write pv 'F1' here, or measured=\"F2\" there"
 
 
+@pytest.mark.slow
 def test_two_controllers_that_read_each_others_level_are_both_told(tmp_path: Path) -> None:
     swapped = (
         (CODE, '"LIC1", measured="L1"', '"LIC1", measured="none"'),
@@ -49,6 +50,7 @@ def test_two_controllers_that_read_each_others_level_are_both_told(tmp_path: Pat
     assert [each.where.key for each in told] == ["LIC1", "LIC2"] and all("reads" in each.what for each in told)
 
 
+@pytest.mark.slow
 def test_two_controllers_that_drive_each_others_pump_are_both_told(tmp_path: Path) -> None:
     swapped = (
         (CODE, 'drives="P1"', 'drives="none"'), (CODE, 'drives="P2"', 'drives="P1"'),
@@ -60,17 +62,20 @@ def test_two_controllers_that_drive_each_others_pump_are_both_told(tmp_path: Pat
     assert told[0].remedy.startswith("write mv P2.cmd here, or ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mv", ["V5.cmd", "P2.sp"])
 def test_the_outer_loop_of_a_cascade_moves_the_setpoint_of_the_inner_one(mv: str, tmp_path: Path) -> None:
     told = example("instrument_air", tmp_path, (LOOPS, "A1,F5.sp", f"A1,{mv}"))[0]
     assert told.where.key == "AIC1" and f"moves '{mv}' here" in told.what and "goes to 'F5.sp'" in told.what
 
 
+@pytest.mark.slow
 def test_an_inner_loop_that_the_tables_leave_out_lies_between(tmp_path: Path) -> None:
     left_out = ((LOOPS, "FIC5,F5,V5.cmd\n", ""), (LOOPS, "A1,F5.sp", "A1,V5.cmd"))
     assert example("instrument_air", tmp_path, *left_out) == []
 
 
+@pytest.mark.slow
 def test_an_output_that_moves_more_than_its_row_says_is_told(tmp_path: Path) -> None:
     one_pump = (
         (LOOPS, "P1.cmd|P2.cmd", "P1.cmd"), ("engineering/fallbacks.csv", "stop,,P2.man,0\n", ""),
@@ -81,6 +86,7 @@ def test_an_output_that_moves_more_than_its_row_says_is_told(tmp_path: Path) -> 
     assert told.where.key == "PIC1" and told.severity is Severity.WARNING and "'P2.cmd' as well" in told.what
 
 
+@pytest.mark.slow
 def test_controllers_with_names_of_their_own_are_known_by_their_gains(tmp_path: Path) -> None:
     swapped = (
         (LOOPS, "T1.sp,V2.cmd", "T1.sp,none"), (LOOPS, "F1.sp,V1.cmd", "F1.sp,V2.cmd"),
@@ -91,6 +97,7 @@ def test_controllers_with_names_of_their_own_are_known_by_their_gains(tmp_path: 
     assert "in the model (flow) the output of its controller goes to 'V1.cmd'" in told[0].what
 
 
+@pytest.mark.slow
 def test_a_setpoint_of_another_controller_is_told(tmp_path: Path) -> None:
     swapped = (
         (LOOPS, "T1,T1.sp", "T1,none"), (LOOPS, "L1,L1.sp", "L1,T1.sp"), (LOOPS, "T1,none", "T1,L1.sp"),
@@ -100,6 +107,7 @@ def test_a_setpoint_of_another_controller_is_told(tmp_path: Path) -> None:
     assert "in the model (level) its controller follows 'L1.sp'" in told[0].what
 
 
+@pytest.mark.slow
 def test_a_controller_without_a_row_has_no_setpoint(tmp_path: Path) -> None:
     gains = "Kp_TIC1,0.05,1/K,0,,H1,Proportional gain\nKi_TIC1,0.0002,1/(K s),0,,H1,Integral gain\n"
     added = (
@@ -110,15 +118,18 @@ def test_a_controller_without_a_row_has_no_setpoint(tmp_path: Path) -> None:
     assert told.where.file == LOOPS and "no row has the controller 'TIC1' of process.py row 21 (TIC1)" in told.what
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["exchanger_train", "instrument_air"])
 def test_split_ranges_overrides_and_cascades_are_not_told(name: str, tmp_path: Path) -> None:
     assert example(name, tmp_path) == []
 
 
+@pytest.mark.slow
 def test_ratios_trims_and_stand_ins_are_not_told(tmp_path: Path) -> None:
     assert found(copied("tennessee_eastman", tmp_path)) == []
 
 
+@pytest.mark.slow
 def test_a_row_without_a_controller_is_one_finding(tmp_path: Path) -> None:
     by_hand = (CODE, 'tanks.loop("LIC2", measured="L2", drives="P2", acts=1)', 'tanks.actuator("P2")')
     (told,) = example("two_tanks", tmp_path, by_hand)

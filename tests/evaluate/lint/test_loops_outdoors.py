@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.loops import SHAKES, loops
@@ -30,6 +31,7 @@ def tapped(folder: Path, times: float) -> Bench:
     return Bench(folder)
 
 
+@pytest.mark.slow
 def test_a_level_that_is_kept_against_its_consumers_is_stable(tmp_path: Path) -> None:
     bench = tapped(tmp_path / "tapped", 1.0)
     late = bench.noisy[0].after(0.8 * bench.plant.end_s)

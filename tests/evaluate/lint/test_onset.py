@@ -11,6 +11,8 @@ from homeostat.evaluate.lint.check import check
 from homeostat.evaluate.lint.finding import Finding, Severity
 from tests.evaluate.lint.copied import copied
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = Path(__file__).parents[3] / "examples"
 GENERATED = shutil.ignore_patterns("plant.ttl", "__pycache__")
 ONSET = "onset_s = 2000.0"

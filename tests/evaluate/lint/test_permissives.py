@@ -44,6 +44,7 @@ def test_that_of_the_example_is_met_by_every_fallback(tmp_path: Path) -> None:
     assert [*uncommanded(bench), *refused_fallbacks(bench)] == []
 
 
+@pytest.mark.slow
 def test_one_that_reads_the_command_is_met_by_a_fallback_that_moves_it_by_hand(tmp_path: Path) -> None:
     bench = tanks(tmp_path, "H1.cmd <= 0.05 or L2 >= 30")
     assert [*uncommanded(bench), *refused_fallbacks(bench)] == []

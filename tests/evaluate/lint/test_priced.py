@@ -24,6 +24,7 @@ def priced(folder: Path, formula: str, shown: Mapping[str, Mapping[str, Shown]] 
     return unnoticed(Bench(made), shown or {})
 
 
+@pytest.mark.slow
 def test_one_that_no_feature_reads_is_told(tmp_path: Path) -> None:
     (only,) = priced(tmp_path, "T1 >= 15")
     assert only.severity is Severity.WARNING and str(only.where) == "engineering/criteria.csv row 2 (ACC-T2)"
@@ -32,6 +33,7 @@ def test_one_that_no_feature_reads_is_told(tmp_path: Path) -> None:
     assert "symptoms.csv" in only.remedy and "prices.csv" in only.remedy
 
 
+@pytest.mark.slow
 def test_one_that_is_missed_before_its_symptom_comes_is_told_with_the_value(tmp_path: Path) -> None:
     (only,) = priced(tmp_path, "abs(T2.err) <= 0.6")
     assert only.severity is Severity.WARNING
@@ -51,6 +53,7 @@ def test_one_that_a_fault_misses_without_a_sign_is_told_with_the_fault(tmp_path:
     assert only.severity is Severity.WARNING and "of 'H1_stuck_open', which misses it, there is no sign" in only.what
 
 
+@pytest.mark.slow
 def test_one_that_costs_nothing_is_not(tmp_path: Path) -> None:
     folder = tanks(tmp_path)
     change(folder, "engineering/criteria.csv", "abs(T2.err) <= 2", "T1 >= 15")
@@ -60,10 +63,12 @@ def test_one_that_costs_nothing_is_not(tmp_path: Path) -> None:
     assert list(unnoticed(Bench(folder), {})) == []
 
 
+@pytest.mark.slow
 def test_what_only_commands_cost_need_not_be_noticed(tmp_path: Path) -> None:
     assert list(priced(tmp_path, "H1.pos <= 0.9")) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "folder",
     [TANKS, INSTALLED / "cstr", pytest.param(INSTALLED / "tennessee_eastman", marks=pytest.mark.slow)],

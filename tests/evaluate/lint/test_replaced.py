@@ -28,6 +28,7 @@ def test_a_name_that_is_taken_by_something_else_is_told_with_row_and_symptoms(tm
     assert "which S-V1-OFF reads: nothing looks at V1.cmd there any more; give it another id" in line
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "expression", "unit"),
     [("F-FEED", "F1 - flow_V1 * V1.pos", "L/s"), ("F-V1", "2 * (V1.pos - V1.cmd)", "1")],

@@ -8,6 +8,8 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+import pytest
+
 from homeostat.evaluate.lint.deep.bench import Bench
 from homeostat.evaluate.lint.deep.fault_free import healthy_symptoms
 from homeostat.evaluate.lint.deep.loops import loops
@@ -30,6 +32,7 @@ def air(folder: Path, **shown: str) -> Bench:
     return Bench(made)
 
 
+@pytest.mark.slow
 def test_the_symptom_of_a_resting_controller_may_be_left_out(tmp_path: Path) -> None:
     bench = air(tmp_path, symptoms="id,threshold,sigma,on_delay_s\nS-JIC1-OFF,0.001,0.5,1\nS-FIC4-OFF,0.0001,0.5,1\n")
     told = {rule.what.split("'")[1]: rule.remedy for rule in healthy_symptoms(bench)}
@@ -92,6 +95,7 @@ def test_at_the_upper_end_one_rests_where_the_tables_say_so(tmp_path: Path) -> N
     assert found.severity is Severity.NOTE and "'H1.cmd' at its upper end, 1" in found.what
 
 
+@pytest.mark.slow
 def test_one_that_acts_the_wrong_way_does_not_rest(tmp_path: Path) -> None:
     old = 'measured="T1", drives="H1", acts=-1'
     (found,) = heated(tmp_path / "turned", ("process.py", old, old.replace("-1", "1")), left_out=True)

@@ -11,6 +11,7 @@ from homeostat.plants.files.folder import INSTALLED
 from tests.cli.command import homeostat
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cstr", pytest.param("mixing_module", marks=pytest.mark.wide)])
 def test_a_plant_that_ships_is_clean_as_it_is_loaded(name: str, tmp_path: Path) -> None:
     done = homeostat("plant", "check", name, cwd=tmp_path)

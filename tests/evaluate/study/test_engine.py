@@ -52,6 +52,7 @@ def expected(tmp_path_factory: pytest.TempPathFactory) -> tuple[Row, ...]:
     return done(tmp_path_factory.mktemp("expected")).rows
 
 
+@pytest.mark.slow
 def test_a_campaign_in_this_process(tmp_path: Path, expected: tuple[Row, ...]) -> None:
     shown: list[str] = []
     ended = done(tmp_path, shown=shown)
@@ -188,6 +189,7 @@ def test_a_scheduler_that_does_not_answer(silent: str) -> None:
         assert told.startswith(f"no scheduler answers at '{address}' (") and "start one with 'dask scheduler'" in told
 
 
+@pytest.mark.slow
 def test_a_scheduler_without_workers(tmp_path: Path) -> None:
     with cluster(tmp_path, 0) as (address, _):
         told = refused("there", address)

@@ -66,6 +66,7 @@ def by_tag(columns: dict[str, np.ndarray[Any, Any]]) -> dict[str, np.ndarray[Any
     return {name.removeprefix("true "): values[None] for name, values in columns.items() if name.startswith("true ")}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", ["pump", "cooling"])
 @pytest.mark.parametrize("who", [pytest.param("search", marks=pytest.mark.wide), *ARMS[1:-1]])
 def test_a_row_says_what_the_kept_run_holds(root: Path, who: str, which: str) -> None:
@@ -154,6 +155,7 @@ def test_a_script_s_calls_are_counted(root: Path) -> None:
     assert row.proposer == "scripted:reasonable" and row.actor == "language" and row.plans is None
 
 
+@pytest.mark.slow
 def test_hindsight_is_never_worse(root: Path) -> None:
     """It searches a grid: on the reactor a percent of the production may lie between its points."""
     best = ran(root, "hindsight", "cooling")[1]
@@ -182,6 +184,7 @@ def test_hindsight_at_the_edges(changed: dict[str, Any], success: bool) -> None:
     assert row.outcome == ("possible" if success else "impossible")
 
 
+@pytest.mark.slow
 def test_hindsight_sees_that_a_plant_comes_back_by_itself() -> None:
     scenario = {"case": "cstr", "fault": "inlet_stuck_open", "end_s": 3000.0}
     idle, best = (measure(one(who, scenario), KeptRuns(None)) for who in ("do-nothing", "hindsight"))
@@ -210,6 +213,7 @@ def test_the_same_job_gives_the_same_row(root: Path, tmp_path: Path, who: str, w
     assert verify(tmp_path / again.trace).complete or who == "hindsight"
 
 
+@pytest.mark.slow
 def test_what_is_kept(tmp_path: Path) -> None:
     def kept(who: str, scenario: dict[str, Any], keep: str) -> tuple[Row, list[str]]:
         row = measure(one(who, scenario, keep=keep), KeptRuns(tmp_path))
@@ -236,6 +240,7 @@ def test_what_an_earlier_try_left_is_replaced(tmp_path: Path) -> None:
     assert verify(tmp_path / row.trace).complete
 
 
+@pytest.mark.slow
 def test_without_ensemble_there_is_one_member(root: Path) -> None:
     whole, alone = (
         ran(root, "scripted:reasonable", "cooling")[1],
@@ -247,6 +252,7 @@ def test_without_ensemble_there_is_one_member(root: Path) -> None:
     assert alone.believed_p == 1.0 and alone.ablation == "no-ensemble"
 
 
+@pytest.mark.slow
 def test_without_reprompting_there_is_one_attempt_each(root: Path) -> None:
     row = ran(root, "scripted:reasonable", "cooling", "no-reprompting")[1]
     noticed = [at_s for at_s, _ in events(root, row, "noticed")]
@@ -258,6 +264,7 @@ def test_without_reprompting_there_is_one_attempt_each(root: Path) -> None:
         assert 1 <= len(mine) <= len(noticed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", [pytest.param("ablation", marks=pytest.mark.wide), "proposer"])
 def test_who_is_told_believes_the_truth(root: Path, how: str) -> None:
     ablation, told = ("label-given", False) if how == "ablation" else ("none", True)
@@ -268,6 +275,7 @@ def test_who_is_told_believes_the_truth(root: Path, how: str) -> None:
     assert hypothesis["probability"] == 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ablation", ["none", "documents", pytest.param("no-graph", marks=pytest.mark.wide)])
 def test_nobody_is_shown_an_unknown_fault(root: Path, ablation: str) -> None:
     row = ran(root, "scripted:reasonable", "unknown", ablation)[1]
@@ -319,6 +327,7 @@ def test_hindsight_searches_the_true_plant_and_not_its_model() -> None:
     assert best.exposure_s < idle.exposure_s and best.mismatch == "plant"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changed", "from_s"),
     [

@@ -66,6 +66,7 @@ def read_for(source: OpcuaSource, seconds: float) -> list[Snapshot]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "guard",
     [{}, {"counter": COUNTER}, {"time": TIME}, {"counter": COUNTER, "time": TIME}],

@@ -40,6 +40,7 @@ def checked(served: Served, content: dict[str, Any]) -> dict[str, Checked]:
     return {line.subject: line for line in asyncio.run(look())}
 
 
+@pytest.mark.slow
 def test_a_draft_of_a_served_plant_is_its_mapping_and_the_check_finds_nothing(served: Served) -> None:
     made = drafted(served)
     content = tomllib.loads(made.text)
@@ -53,6 +54,7 @@ def test_a_draft_of_a_served_plant_is_its_mapping_and_the_check_finds_nothing(se
     assert all(not line.problems for line in checked(served, content).values())
 
 
+@pytest.mark.slow
 def test_namespaces_are_compared_by_what_they_are_and_not_by_their_numbers(served: Served) -> None:
     (uri,) = tomllib.loads(drafted(served).text)["connection"]["namespaces"].values()
     content = tank_content(served.port)

@@ -46,6 +46,7 @@ def stalled(served: Served, link: OpcuaLink, seconds: float) -> None:
     served.freeze(False)
 
 
+@pytest.mark.slow
 def test_a_server_that_is_killed_is_found_again_when_it_returns(pkis: tuple[Pki, Pki]) -> None:
     with Served(pkis) as served, served.link() as link:
         wire = link.take()
@@ -65,6 +66,7 @@ def test_a_server_that_is_killed_is_found_again_when_it_returns(pkis: tuple[Pki,
         assert served.wire == [[["L.sp", 9.0, None]]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "stalls",
     [(3.0,), pytest.param((15.0,), marks=pytest.mark.wide), pytest.param((3.0, 15.0), marks=pytest.mark.wide)],
@@ -79,6 +81,7 @@ def test_a_server_that_stands_is_followed_again_when_it_goes_on(served: Served, 
             time.sleep(3.0 if len(stalls) > 1 else 0.0)
 
 
+@pytest.mark.slow
 def test_a_write_that_meets_a_standing_server_is_answered_and_not_repeated(served: Served) -> None:
     with served.link() as link:
         wire, before = link.take(), len(served.wire)
@@ -106,6 +109,7 @@ def test_a_plant_goes_on_while_its_server_does_nothing(served: Served) -> None:
         assert sample(link, has_gone_on, within_s=10.0), "what it did not show has happened all the same"
 
 
+@pytest.mark.slow
 def test_a_half_open_connection_is_noticed_by_the_age_of_the_data(served: Served) -> None:
     with Proxy(served.port) as proxy, served.link(proxy.port) as link:
         wire, connections = link.take(), link.connections
@@ -117,6 +121,7 @@ def test_a_half_open_connection_is_noticed_by_the_age_of_the_data(served: Served
         assert wait_up(link) < served.back_s
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seconds", [7.0, pytest.param(8.5, marks=pytest.mark.wide)])
 def test_with_default_times_data_are_back_in_ten_seconds_whatever_was_under_way(served: Served, seconds: float) -> None:
     default = Connection(url="opc.tcp://127.0.0.1:1/").model_dump(exclude={"url", "publish_s", "subscribe"})
@@ -132,6 +137,7 @@ def test_with_default_times_data_are_back_in_ten_seconds_whatever_was_under_way(
         assert wait_up(link) < 10.0
 
 
+@pytest.mark.slow
 def test_a_cut_connection_is_made_again(served: Served) -> None:
     with Proxy(served.port) as proxy, served.link(proxy.port) as link:
         for _ in range(3):

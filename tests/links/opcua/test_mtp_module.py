@@ -57,6 +57,7 @@ def two_steps(url: str) -> LinkMapping:
     return mapping(url, requested=f"{node}.VReq", apply=f"{node}.ApplyExt")
 
 
+@pytest.mark.slow
 def test_a_setpoint_works_once_it_was_requested_shown_and_applied(module: ServerProcess, pkis: tuple[Pki, Pki]) -> None:
     with OpcuaLink(two_steps(module.url), RULES, Security(pkis[1])) as link:
         link.wait(60.0)
@@ -79,6 +80,7 @@ def test_what_the_module_does_not_show_as_requested_is_not_applied(
         assert sample(link).accepted["L.sp"] == pytest.approx(10.0)
 
 
+@pytest.mark.slow
 def test_a_request_alone_moves_nothing(module: ServerProcess, pkis: tuple[Pki, Pki]) -> None:
     with OpcuaLink(mapping(module.url), RULES, Security(pkis[1])) as link:
         link.wait(60.0)

@@ -25,6 +25,7 @@ from tests.links.opcua.conftest import HEARTBEAT_S
 from tests.links.opcua.waiting import sample, settled
 
 
+@pytest.mark.slow
 def test_samples_follow_the_plants_clock_one_by_one(served: Served) -> None:
     with served.link() as link:
         found = [sample(link) for _ in range(20)]
@@ -178,6 +179,7 @@ def test_the_lease_is_one_at_a_time_and_writes_carry_it(served: Served) -> None:
         other.give_back()
 
 
+@pytest.mark.slow
 def test_the_plant_sheds_in_time_when_we_fall_silent(served: Served) -> None:
     with served.link() as link:
         wire = link.take()
@@ -195,6 +197,7 @@ def test_the_plant_sheds_in_time_when_we_fall_silent(served: Served) -> None:
             link.beat()
 
 
+@pytest.mark.slow
 def test_who_never_beats_does_not_hold_the_plant_for_ever(served: Served) -> None:
     with served.link() as link:
         wire = link.take()
@@ -284,6 +287,7 @@ def test_a_server_without_subscriptions_is_polled(served: Served) -> None:
         assert found[-1].at_s - found[0].at_s <= 30.0 and found[0].values["T"] != found[-1].values["T"]
 
 
+@pytest.mark.slow
 def test_connections_that_are_cut_again_and_again_do_not_repeat_a_write(served: Served) -> None:
     with served.link() as link:
         wire, before = link.take(), len(served.wire)

@@ -15,6 +15,8 @@ from tests.equipment.opcua.served import Served
 from tests.equipment.opcua.tank import RULES, tank_content
 from tests.links.opcua.waiting import sample
 
+pytestmark = pytest.mark.slow
+
 
 def linked(served: Served, publish_s: float, *left_out: str) -> OpcuaLink:
     content = tank_content(served.port, publish_s=publish_s)

@@ -96,6 +96,7 @@ def third_party(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ThirdParty
         process.kill()
 
 
+@pytest.mark.slow
 def test_its_readings_come_encrypted_after_a_login_with_their_quality(third_party: ThirdParty) -> None:
     with OpcuaLink(third_party.mapping, RULES, Security(third_party.pki, login=LOGIN)) as link:
         wait_up(link)
@@ -118,6 +119,7 @@ def test_it_is_written_within_our_range_and_read_back(third_party: ThirdParty) -
             wire.send((Command("L.sp", 500.0, None),))
 
 
+@pytest.mark.slow
 def test_a_wrong_password_is_told(third_party: ThirdParty) -> None:
     wrong = Security(third_party.pki, login=("operator", "wrong"))
     with OpcuaLink(third_party.mapping, RULES, wrong) as link, pytest.raises(LinkError, match=r"Denied|Rejected"):

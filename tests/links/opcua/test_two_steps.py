@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import pytest
+
 from homeostat.domain.recovery import Command
 from homeostat.links.opcua.security.certificate import Pki
 from tests.equipment.opcua.served import Served
 from tests.links.opcua.waiting import sample, settled
 
 
+@pytest.mark.slow
 def test_a_target_counts_once_it_was_requested_read_back_and_applied(pkis: tuple[Pki, Pki]) -> None:
     with Served(pkis, two_step=True) as served, served.link(two_step=True) as link:
         wire = link.take()

@@ -261,6 +261,7 @@ def test_every_mismatch_of_a_plant_can_be_run_and_says_what_it_is(name: str) -> 
         assert np.isfinite(readings(process, 300, tag)).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(st.integers(0, 400), st.integers(1, 200))
 def test_a_disturbance_that_is_over_leaves_no_trace_in_the_parameters(begin: int, last: int) -> None:

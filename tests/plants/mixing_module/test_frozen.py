@@ -36,6 +36,7 @@ def test_recovery_does_not_act_on_an_old_picture_and_the_guard_trips_by_blindnes
     assert acted[0] == (tripped[0], Cause.FALLBACK)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tag", [pytest.param("B203.level", marks=pytest.mark.wide), "B204.level", "B204.pressure"])
 def test_no_transmitter_of_a_tank_that_freezes_has_a_limit_violated(tag: str) -> None:
     """What every step needs is decided by the other one of the tank; where it is not, nothing goes on filling."""

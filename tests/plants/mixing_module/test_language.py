@@ -56,6 +56,7 @@ def tokens(question: Question) -> int:
     return sum(n for n in counted if n is not None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fault", "onset_s"), [*BATCHES, pytest.param("pump_failure", 20.0, marks=pytest.mark.wide)])
 def test_two_questions_and_a_few_thousand_tokens_are_enough(fault: str, onset_s: float) -> None:
     result, asked, _ = batch(fault, onset_s)
@@ -101,6 +102,7 @@ def test_a_guard_that_reads_a_lying_instrument_is_not_on_offer() -> None:
     assert attempt.path[-1] == "complete"
 
 
+@pytest.mark.slow
 def test_a_route_with_nothing_open_asks_the_action_agent_nothing() -> None:
     """A held batch, or one that only drains: commands and guards are the machine's."""
     _, asked, _ = batch("sensor_drift_B204", 150.0, seed=4)
@@ -115,6 +117,7 @@ def test_a_route_that_is_not_on_offer_is_a_finding() -> None:
     assert isinstance(read(kind, json.dumps({"reasoning": "", "path": main})), Unusable), "its pump has failed"
 
 
+@pytest.mark.slow
 def test_search_takes_over_from_a_model_that_always_says_the_same() -> None:
     """Full clogging of the common line: there is no way through, and holding is found by whoever looks for it."""
     model, trace = ScriptedModel("stubborn", stubborn), MemoryTrace()

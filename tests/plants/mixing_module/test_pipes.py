@@ -27,6 +27,7 @@ def root(square: float, linear: float, constant: float) -> float:
     return (linear + math.sqrt(linear**2 + 4.0 * square * constant)) / (2.0 * square)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [0.5, 0.75, 0.9013, 1.0])
 def test_the_operating_point_of_the_main_line_is_the_root_of_a_quadratic(n: float) -> None:
     """a n^2 + b n q - c q^2 = lift + (23.2 + 11.6 + 23.2 + 34.8) q^2 + 4 R q, that is

@@ -77,6 +77,7 @@ def told_apart(fault: str, severity: float, seed: int, mismatch: str = "none") -
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("severity", "seed"), [(0.3, 1), pytest.param(0.2, 1, marks=pytest.mark.wide)])
 def test_a_leak_of_the_main_line_is_told_by_the_bypass_on_which_there_is_none(severity: float, seed: int) -> None:
     result = told_apart("leakage_main", severity, seed)

@@ -53,6 +53,7 @@ def test_a_batch_without_fault_takes_its_eight_transitions_and_nobody_acts(seed:
     assert result.totals["delivered_L"] == pytest.approx(8.3, abs=0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fault", "onset_s", "severity"), [
     ("leakage_main", 125.0, 0.3),
     pytest.param("pump_degradation", 50.0, 0.5, marks=pytest.mark.wide),
@@ -80,6 +81,7 @@ def test_what_neither_cures_is_held() -> None:
     assert best_route(module(), result.scenario) is None, "no route could have completed it"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "severity"), [pytest.param("sensor_stuck_B203", 1.0, marks=pytest.mark.wide), ("sensor_bias_B202", -0.03)]
 )
@@ -113,6 +115,7 @@ def test_a_level_that_begins_to_lie_overfills_nothing_and_ends_no_batch(
     assert result.state == "complete" and result.totals["delivered_L"] == pytest.approx(8.3, abs=0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("severity", "completed"), [(0.2, True), pytest.param(0.9, False, marks=pytest.mark.wide)])
 def test_what_goes_on_filling_a_tank_is_led_out(severity: float, completed: bool) -> None:
     """Not before it must be: where the batch is over by then, it is complete."""
@@ -142,6 +145,7 @@ def test_a_pump_that_has_emptied_every_tank_stops_before_it_is_hurt() -> None:
     assert all(truth[f"B20{n}.level"][0, -1] < 0.15 for n in (1, 2, 3)), "gravity leaves what stands below B204"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fault", "onset_s", "where", "end"), [
     ("pump_failure", 125.0, ("emptying_B201", "t4"), "complete"),
     pytest.param("stuck_closed_VI202", 45.0, ("filling_B202", "t2"), "held", marks=pytest.mark.wide),
@@ -171,6 +175,7 @@ def test_the_wrong_route_is_refused_for_a_physical_reason(
     assert all(f.margin > -float("inf") for f in verdict.violated), "margins, not refusals"
 
 
+@pytest.mark.slow
 def test_a_batch_without_one_of_its_parts_is_held_not_completed() -> None:
     """An inlet that never opens: what the recipe wants of that tank would be missing from the product."""
     result, trace = batch("stuck_closed_VI201", 3, 5.0, 1.0)

@@ -29,6 +29,7 @@ def trials(plants: Mapping[float, Plant]) -> Mapping[float, Trial]:
     return {s: try_out(plant, scenario(plant, "P2_weak", 3)) for s, plant in plants.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stretch", EXACT)
 def test_every_tick_is_the_same_to_the_bit(trials: Mapping[float, Trial], stretch: float) -> None:
     usual, own = trials[1.0].truth, trials[stretch].truth

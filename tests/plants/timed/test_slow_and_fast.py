@@ -61,6 +61,7 @@ def test_a_healthy_plant_is_left_alone(learned: Learned) -> None:
     assert {write.cause.value for write in done.record.of_kind(WriteIntended)} <= {"sequence"}
 
 
+@pytest.mark.slow
 def test_a_fault_is_found_by_name_and_recovered_from(learned: Learned, tmp_path: Path) -> None:
     tick_s, out = learned.plant.description.timing.tick_s, tmp_path / "run"
     given = ["run", str(learned.folder), "--fault", "H1_stuck_open", "--seed", "3", "--out", str(out)]

@@ -59,6 +59,7 @@ def followed(model: ComposedModel) -> np.ndarray:
     return run(model, STATED, commanded(model, L_sp=0.7), 60)[0].record
 
 
+@pytest.mark.slow
 def test_many_states_are_integrated_in_place_to_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
     in_place = composed(chain(), STATED)
     assert in_place.layout.room_of_states is not None and "slopes(work" in str(in_place.kernel._source)  # type: ignore[attr-defined]

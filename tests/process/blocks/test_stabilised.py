@@ -64,6 +64,7 @@ def test_steps_grow_and_what_does_not_swing_dies_out_within_a_tick(tick_s: float
     assert len(steps) < 5 or abs(after(1.0 / fastest_s, tick_s, fastest_s)) < 0.02, "it has died out"
 
 
+@pytest.mark.slow
 def test_a_kernel_follows_fast_cells() -> None:
     """By hand: the fast cell is the slow one's square, exp(-2 t / 100), but for what that falls in 0.05 s."""
     model = composed(cells(0.05), FAST)

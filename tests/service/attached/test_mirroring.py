@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
+import pytest
+
 from homeostat.domain.alarm import Alarm, Priority
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import Settled, Trouble
@@ -74,6 +76,7 @@ def test_the_most_urgent_come_first_and_who_acknowledges_has_seen_what_fits() ->
     assert shown(()).text == "" and shown((replace(HOT, id=LISTED),)).text == "", "it does not speak of itself"
 
 
+@pytest.mark.slow
 def test_alarms_stand_there_and_what_is_acknowledged_there_is_ordered_here_once() -> None:
     plant = List()
     with mirrored(plant) as (mirror, told):
@@ -129,6 +132,7 @@ def test_an_acknowledgement_of_the_text_before_is_no_word_on_this_one() -> None:
         assert len(told) == 1
 
 
+@pytest.mark.slow
 def test_who_acknowledges_before_the_text_can_be_read_is_asked_again() -> None:
     plant = List()
     with mirrored(plant, settles_s=0.3) as (mirror, told):
@@ -164,6 +168,7 @@ def test_a_plant_that_calls_everything_acknowledged_is_asked_again_once() -> Non
         assert told == [] and plant.written.count((plant.text, False)) == 2
 
 
+@pytest.mark.slow
 def test_a_list_that_hangs_or_refuses_holds_no_tick_up_and_is_an_alarm() -> None:
     plant = List(refuses=True)
     with mirrored(plant) as (mirror, told):
@@ -250,6 +255,7 @@ class Deaf(List):
         self._take(on)
 
 
+@pytest.mark.slow
 def test_a_recipe_that_goes_on_although_it_was_told_to_wait_is_an_alarm_once() -> None:
     plant = Deaf()
     with mirrored(plant) as (mirror, told):
@@ -267,6 +273,7 @@ def test_before_the_first_look_nothing_is_written() -> None:
         assert plant.text == "from before" and not plant.written
 
 
+@pytest.mark.slow
 def test_a_plant_that_does_not_show_its_recipe_is_told_once() -> None:
     plant = List(held=None)
     with mirrored(plant) as (mirror, _):

@@ -90,6 +90,7 @@ def test_a_fault_that_begins_beside_what_readings_show_by_themselves_is_named_wi
     assert names(again) == names(found) and again[0].name == found[0].name
 
 
+@pytest.mark.slow
 def test_one_that_was_known_before_it_comes_first_and_keeps_its_onset() -> None:
     fault = Fault("cool_stuck_closed", 0.7, 2000.0)
     twin = followed(REACTOR, 2010, judged(REACTOR, 2010, (fault,), "T3 frozen from 1650"))
@@ -125,6 +126,7 @@ def test_a_vessel_whose_reading_was_stuck_before_the_readings_begin_is_as_full_a
     assert found[0].faults == (stuck,) and likeliest(found).probability > 0.85
 
 
+@pytest.mark.slow
 def test_that_the_coolant_warms_is_no_fault_of_another_item_where_its_thermometer_is_stuck() -> None:
     """A replay goes by that reading, and an error of the reactor's own thermometer explained as much."""
     coolant = "T_coolant + 8 from 1800 over 300"

@@ -42,6 +42,7 @@ def candidates(plant: Plant) -> tuple[str, ...]:
     return tuple(fault.name for fault in plant.description.faults)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("disturbance", "lag_s", "name", "severity"),
     [
@@ -69,6 +70,7 @@ def test_a_stuck_thermometer_has_its_name(plant: Plant) -> None:
     assert found[0].probability >= before[0].probability - 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "disturbance", [pytest.param("F3_max * 1.3 from 1450", marks=pytest.mark.wide), "T1 reads + 3 from 1450"]
 )
@@ -78,6 +80,7 @@ def test_the_other_direction_is_said_as_before(plant: Plant, disturbance: str) -
     assert [h.probability for h in found] == pytest.approx([h.probability for h in before], abs=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [

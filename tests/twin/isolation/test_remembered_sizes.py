@@ -23,6 +23,7 @@ EXACT, WRONG = SizeError(0.0, 0.0), SizeError(0.05, 0.02)
 MODES = {mode.name: mode for mode in reactor().description.fault_modes}
 
 
+@pytest.mark.slow
 def test_a_size_is_kept_review_by_review() -> None:
     """A level that is controlled says nothing of its transmitter's constant error once the step is out of sight."""
     truth = Scenario("cstr", (LIES,), 401, 4000.0, mismatch="plant")

@@ -21,6 +21,7 @@ def components(found: tuple[Hypothesis, ...]) -> dict[frozenset[str], float]:
     return said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after_s", [4, pytest.param(10, marks=pytest.mark.wide)])
 def test_what_has_just_begun_is_seen_beside_a_fault_that_moves_far_more(after_s: int) -> None:
     """A level that jumps is no tenth of what an open valve does, although it is less than a tenth of it in all."""

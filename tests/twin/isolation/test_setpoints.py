@@ -44,6 +44,7 @@ def seen(plant: Plant, disturbance: str, end_s: int, seed: int = 1) -> Window:
     return history.window(400)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end_s", [1560, 1650])
 def test_an_outer_controller_at_its_limit_accuses_no_inner_one(air: Plant, end_s: int) -> None:
     assert broken_laws(seen(air, SATURATED, end_s), air.description, air.model) == ()

@@ -35,6 +35,7 @@ def test_what_has_stood_since_before_the_readings_is_seen_as_well() -> None:
     assert "P1_stuck" in {h.name for h in found if h.probability >= 0.3}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lag_s", [60, 400])
 @pytest.mark.parametrize("disturbance", [f"L1 reads + 0 from {ONSET_S}", f"L1 reads - 0.5 from {ONSET_S}"])
 def test_what_moves_is_not_said_to_stand(disturbance: str, lag_s: int) -> None:
@@ -42,6 +43,7 @@ def test_what_moves_is_not_said_to_stand(disturbance: str, lag_s: int) -> None:
     assert standing_still(found) < 0.05
 
 
+@pytest.mark.slow
 def test_what_is_not_explained_is_not_blamed_on_a_pump_that_stands() -> None:
     """Over a weir that is lower flows what no cause of this plant is; the pump does what it is told."""
     twin = followed(f"V_brim - 1.5 from {ONSET_S}", 600, "plant")
@@ -49,12 +51,14 @@ def test_what_is_not_explained_is_not_blamed_on_a_pump_that_stands() -> None:
     assert sum(h.probability for h in found if any(f.fault == "P1_stuck" for f in h.faults)) < 0.05
 
 
+@pytest.mark.slow
 def test_a_valve_that_stands_is_accused_by_whatever_name() -> None:
     """The tables have a cooling valve that is stuck, and say how far it is shut: that name is used where it fits."""
     found = followed(f"V2 stiction 1 from {ONSET_S}", 400).explain(TABLES, (), since_s=ONSET_S + 60.0)
     assert found[0].name in {"cool_stuck_closed", "cool_stuck_open", "V2_stuck"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [4, 5, 6])
 def test_a_pump_that_is_slow_is_not_said_to_stand_for_sure(seed: int) -> None:
     """Both stand at first; as it comes nevertheless, it is slow."""

@@ -30,6 +30,7 @@ def best(twin: Twin) -> Hypothesis:
     return twin.explain(TABLES, (), since_s=ONSET_S + 10.0)[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("disturbance", "name", "size", "period_s"),
     [

@@ -51,6 +51,7 @@ def test_a_transmitter_that_lies_is_named_in_both_directions(disturbance: str, n
     assert found[0].faults[0].onset_s == pytest.approx(ONSET_S, abs=4.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("disturbance", "item"),
     [
@@ -66,6 +67,7 @@ def test_the_item_of_an_unknown_change_is_among_what_is_accused(disturbance: str
     assert max((p for name, p in items.items() if name not in (item, "")), default=0.0) < 0.9, "no wrong name"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("actuator", "slower_s"), [("V1", 25.0), ("V1", 40.0), ("P1", 20.0)])
 def test_an_actuator_that_takes_many_times_as_long_is_named_with_its_time(actuator: str, slower_s: float) -> None:
     """Its usual time is 3 s: what a linear pass says of ten times as much is far from it."""
@@ -99,6 +101,7 @@ def test_no_fault_means_no_name(mismatch: str) -> None:
     assert max((h.probability for h in found if h.faults), default=0.0) < 0.5
 
 
+@pytest.mark.slow
 def test_an_explanation_beside_one_that_is_known_keeps_it() -> None:
     """A thermometer that lies is known; then the pump weakens in a way that no table names."""
     snapshots = disturbed(3, ONSET_S + 200, f"T1 reads - 5 from {ONSET_S}", f"F2 reads * 0.8 from {ONSET_S + 120}")
@@ -132,6 +135,7 @@ def test_what_was_certain_and_holds_is_said_again() -> None:
     assert twin.explain(TABLES, first[0].faults, since_s=float(ONSET_S), before=first) == first
 
 
+@pytest.mark.slow
 def test_what_grew_since_is_estimated_again() -> None:
     snapshots = disturbed(3, ONSET_S + 400, f"T1 reads - 3 from {ONSET_S}", f"T1 reads - 2 from {ONSET_S + 100}")
     first = follow(snapshots[: ONSET_S + 60], 3).explain(TABLES, (), since_s=ONSET_S + 5.0)
