@@ -48,6 +48,7 @@ def knowing(tmp_path_factory: pytest.TempPathFactory, impeller: Path, well: Path
     for name, row in zip((FAULTS, SYMPTOMS), rows, strict=True):
         with (where / "first" / name).open("a") as file:
             file.write(f"{row}\n")
+    load_plant(str(where / "first"))  # what follows from its tables is made again before any test, which would be told
     return where / "first"
 
 
