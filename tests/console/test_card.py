@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from homeostat.cli.commands.console import opened
+from homeostat.console.card import episode
 from homeostat.console.card.card import Card
 from homeostat.console.opened import OpenedRun
 from homeostat.console.outlook import Until
-from homeostat.console.view import seen, shown
+from homeostat.console.view import recorded, seen, shown
 from homeostat.console.wording import plainly
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.events.foresight import Foreseen
@@ -50,6 +52,18 @@ def test_the_diagnosis_is_the_journals(recovered: OpenedRun) -> None:
     assert card.proposal is None
 
 
+def test_of_a_release_and_a_hold_with_the_same_commands_one_is_the_choice(recovered: OpenedRun) -> None:
+    at_s, compared = first(recovered, Compared)
+    assert isinstance(compared, Compared)
+    chosen = next(a for a in compared.alternatives if a.digest == compared.chosen)
+    hold = replace(chosen, kind=AlternativeKind.HOLD, seconds=60.0)
+    both = replace(compared, alternatives=(*compared.alternatives, hold))
+    entries = [replace(e, event=both) if e.event is compared else e for e in recovered.until(at_s)]
+    told = episode.card(recorded(entries), recovered.plant, None, at_s)
+    assert told is not None and len(told.choices) == len(both.alternatives)
+    assert [c.kind for c in told.choices if c.chosen] == [chosen.kind.value]
+
+
 def test_the_proposal_has_every_margin_cost_and_command_of_the_journal(recovered: OpenedRun) -> None:
     at_s, compared = first(recovered, Compared)
     tried = next(e.event for e in recovered.entries if isinstance(e.event, Attempted) and e.event.approved)
@@ -76,6 +90,7 @@ def test_the_proposal_has_every_margin_cost_and_command_of_the_journal(recovered
     assert [c.certificate for c in card.choices] == [a.certificate for a in compared.alternatives]
     assert [c.chosen for c in card.choices] == [a.digest == compared.chosen for a in compared.alternatives]
     left = next(a for a in compared.alternatives if a.kind is AlternativeKind.LEAVE)
+    assert [c.chosen for c in card.choices].count(True) == 1
     assert card.alone == plainly(left.refused) and "violated by" in card.alone
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -16,6 +17,8 @@ from homeostat.domain.cost import PRODUCT, Cost, CostItem
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Approve
 from homeostat.recovery.alternatives import LITTLE, Alternatives
+from homeostat.recovery.choices import Waiting
+from homeostat.twin.twin import Interruption
 from tests.recovery.line import HALF, MACHINE, feed
 
 WORTH = 10.0
@@ -82,6 +85,17 @@ def test_only_that_one_is_refused_even_where_another_one_is_equal() -> None:
     made = listed(one, same)
     made.refuse(one, "not now")
     assert made.best is same
+
+
+def test_a_wait_that_was_refused_stands_in_the_list_once() -> None:
+    ended = Interruption(45.0, ActionSet((), "running"))
+    wait = Waiting(45.0, "running > reduced", "w", Approve("w", ()), "search", costs(1.0), ended)
+    made = listed(found(2.0))
+    made.add(wait)
+    made.refuse(wait, "not now")
+    made.add(replace(wait))
+    assert made.best is not None and not isinstance(made.best, Waiting)
+    assert [a.kind for a in made.event("").alternatives].count(AlternativeKind.WAIT) == 1
 
 
 def test_what_cannot_be_judged_never_wins_over_leaving_alone() -> None:

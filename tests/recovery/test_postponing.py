@@ -15,11 +15,13 @@ from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import Compared, Waited
 from homeostat.domain.observation import NoAction
 from homeostat.domain.plant.prices import Price
-from homeostat.recovery.bounds import InterventionBounds
+from homeostat.domain.recovery import ActionSet
+from homeostat.recovery.bounds import Budget, InterventionBounds
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, diagnosis
 from tests.recovery.desk import AT_ONCE, DEAR, DOOMED, FINE, SOFT, Recovery, Watching, ticks, watching
-from tests.recovery.line import GOOD
+from tests.recovery.line import BAD, GOOD
+from tests.recovery.rivals import proposer
 
 QUICK = Bounds(intervention=InterventionBounds(answer_s=5.0))
 
@@ -51,6 +53,17 @@ def test_a_wait_counts_beside_the_fallback_only_where_that_violates_a_limit_as_w
 def test_the_fallback_stays_armed_with_its_time_to_act_by() -> None:
     done = at_a_loss().run()
     assert done.armed[-1].act_by_s is not None and not done.sent(NoAction)
+
+
+@pytest.mark.parametrize("answers", [(), (BAD,) * 9], ids=["never answers", "is refused again and again"])
+def test_who_uses_all_the_time_that_there_is_takes_no_wait_away(answers: tuple[ActionSet, ...]) -> None:
+    """It costs time at worst: the fallback acts no sooner than if nobody else had been asked."""
+    alone = at_a_loss().run().trace.of(Waited)
+    slow = proposer("slow", ScriptedAction(*answers or (GOOD,), delay_s=0.3 if answers else 60.0), attempts=9)
+    bounds = Bounds(Budget(latency_s=2.0), InterventionBounds(answer_s=5.0))
+    nothing = ScriptedAction(NoAdmissiblePlan("nothing"))
+    done = Recovery(ticks(1, 20, DOOMED), action=nothing, others=(slow,), bounds=bounds).run()
+    assert done.handed_over == [] and [w.seconds for w in done.trace.of(Waited)] == [w.seconds for w in alone]
 
 
 def test_whoever_finds_something_later_is_heard() -> None:

@@ -20,7 +20,7 @@ from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.verdict import REPEATED, FallbackNeeded, Finding, Released, Revise, RolloutResult
 from homeostat.links.clock import ThinkingClock
-from homeostat.recovery.bounds import Budget
+from homeostat.recovery.bounds import Budget, InterventionBounds
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, ScriptedPlanning, ScriptedReprompting
 from tests.recovery.line import BAD, GOOD, HALF, MACHINE, Stage, feed, monitoring, run, safe
@@ -312,7 +312,7 @@ def test_when_all_fail_the_fallback_acts_two_ticks_after_the_deadline(
         return ScriptedAction(GOOD, delay_s=30.0) if hang == "waits" else ScriptedAction(GOOD, thread_s=1.5)
 
     stage = Stage(slow(), others=(second(slow()),), start=301.0, clock=ThinkingClock(scale),
-                  bounds=Bounds(Budget(latency_s=latency_s, last_s=0.3)))  # fmt: skip
+                  bounds=Bounds(Budget(latency_s=latency_s), InterventionBounds(waits=0)))  # fmt: skip
     run(stage)
     (outcome,) = monitoring(stage).outcomes
     assert isinstance(outcome, FallbackNeeded) and safe(stage)

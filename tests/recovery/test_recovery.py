@@ -15,6 +15,8 @@ from homeostat.domain.events.recovery import Attempted, ReleasedActions
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.verdict import Approve, FallbackNeeded, NoActionNeeded, Released, RolloutResult
 from homeostat.links.clock import DeclaredClock, ThinkingClock
+from homeostat.recovery.bounds import InterventionBounds
+from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import (
     SYMPTOM,
     ScriptedAction,
@@ -209,6 +211,7 @@ def test_a_hard_limit_that_breaks_while_thinking_prevents_the_release() -> None:
     stage = Stage(
         ScriptedAction(GOOD, delay_s=0.3), start=303.5, clock=ThinkingClock(200.0), monitoring=ScriptedMonitoring(50.0)
     )
+    stage.bounds = Bounds(intervention=InterventionBounds(waits=0))
     run(stage)
     assert stage.trace.of(ReleasedActions) == () and safe(stage)
     assert isinstance(monitoring(stage).outcomes[0], FallbackNeeded)

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from homeostat.agents.roles import NoAdmissiblePlan
+from homeostat.agents.roles import NoAdmissiblePlan, Situation
+from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.events.recovery import Remarked
+from homeostat.domain.observation import Settled, Trouble
+from homeostat.domain.ports import GuardEvent
 from homeostat.domain.remark import Remark, RemarkKind
+from homeostat.guard.watch.alarms import Alarms, Troubles
 from homeostat.record.run_record import RunRecord
 from homeostat.record.story.story import Story
-from tests.agents.scripted import ScriptedAction
-from tests.recovery.line import GOOD
+from tests.agents.scripted import ScriptedAction, ScriptedReprompting
+from tests.recovery.line import BAD, GOOD
 from tests.recovery.rivals import by, doomed, proposer
 from tests.twin.followed import reactor
 
@@ -36,6 +40,37 @@ def test_it_is_recorded_and_a_person_is_called_for_a_cause_that_no_table_lists()
     ]
     assert [name for name, _ in done.alarms] == ["recovery:unlisted-cause"] and "V2" in done.alarms[0][1]
     assert by(done) == [("talkative", GOOD.digest)], "nothing is released or refused by it"
+
+
+def test_a_person_who_has_seen_one_cause_is_called_for_the_next() -> None:
+    """What was said is over once it is said: its alarm waits for a person and for nothing else."""
+    talkative = replace(proposer("talkative", ScriptedAction(GOOD)), remarks=Saying((CAUSE,)))
+    done = doomed(NoAdmissiblePlan("nothing"), others=(talkative,)).run()
+    said: list[GuardEvent] = []
+    alarms = Alarms(lambda event, at_s: said.append(event))
+    troubles = Troubles(alarms)
+    for at_s, trouble in done.sent(Trouble):
+        troubles.begin(trouble, at_s)
+    for at_s, settled in done.sent(Settled):
+        troubles.end(settled, at_s)
+    assert [a.id for a in alarms.standing] == ["recovery:unlisted-cause"]
+    alarms.acknowledge("recovery:unlisted-cause", "Ada", 2.0)
+    assert not alarms.standing
+    troubles.begin(Trouble("recovery:unlisted-cause", "language suspects J1"), 3.0)
+    assert "J1" in alarms.standing[0].cause
+
+
+def test_what_reprompting_says_is_recorded_with_the_attempt_that_it_is_about() -> None:
+    remarks = Saying(())
+
+    class Talking(ScriptedReprompting):
+        async def advise(self, situation: Situation, attempt: Attempt, advice: Advice) -> Advice:
+            remarks.remarks = (replace(WHY, agent="reprompting"),)
+            return await super().advise(situation, attempt, advice)
+
+    one = replace(proposer("one", ScriptedAction(BAD), attempts=1, reprompting=Talking()), remarks=remarks)
+    done = doomed(NoAdmissiblePlan("nothing"), others=(one,)).run()
+    assert [e.agent for e in done.trace.of(Remarked)] == ["reprompting"] and not remarks.remarks
 
 
 def test_it_is_recorded_where_the_proposer_gives_up_as_well() -> None:

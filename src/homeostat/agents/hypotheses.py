@@ -1,6 +1,7 @@
 """Hypotheses: which of them count; proposers, twin, validation and release check go by the same."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
 
 from homeostat.domain.diagnosis import AS_LIKELY_AS_NOT, Diagnosis, Hypothesis, with_a_twin
 
@@ -24,10 +25,24 @@ def counted(diagnosis: Diagnosis) -> tuple[Hypothesis, ...]:
 
 
 def plausible(diagnosis: Diagnosis) -> tuple[Hypothesis, ...]:
-    """The hypotheses that are at least :data:`PLAUSIBLE`, most probable first; at least one, at most :data:`MOST`."""
+    """The hypotheses that count, most probable first; at least one, at most :data:`MOST`.
+
+    Those of the same faults count together: where they come to :data:`PLAUSIBLE`, the best of them stands for all of
+    its sizes that would not by themselves.
+    """
     ranked = sorted(counted(diagnosis), key=lambda h: -h.probability)
-    kept = tuple(h for h in ranked if h.probability >= PLAUSIBLE)[:MOST]
-    return kept or tuple(ranked[:1]) or (Hypothesis((), 1.0),)
+    kept = [each for name in dict.fromkeys(h.name for h in ranked) for each in _sizes(ranked, name)]
+    found = tuple(sorted(kept, key=lambda h: -h.probability))[:MOST]
+    return found or tuple(ranked[:1]) or (Hypothesis((), 1.0),)
+
+
+def _sizes(ranked: Sequence[Hypothesis], name: str) -> list[Hypothesis]:
+    """Those of one set of faults that count, the best first; none where they do not together."""
+    best, *others = [h for h in ranked if h.name == name]
+    apart = [h for h in others if h.probability >= PLAUSIBLE]
+    small = sum(h.probability for h in others if h.probability < PLAUSIBLE)
+    alone = replace(best, probability=best.probability + small)
+    return [alone, *apart] if alone.probability >= PLAUSIBLE else []
 
 
 def probabilities(hypotheses: Iterable[Hypothesis]) -> dict[str, float]:

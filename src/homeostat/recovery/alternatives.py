@@ -82,8 +82,10 @@ class Alternatives:
         return found if leave is None or best.cost.total < leave.cost.total else None
 
     def add(self, found: Choice) -> None:
-        """A proposal, a wait or a test was approved."""
-        self._found.append((_alternative(found), found))
+        """A proposal, a wait or a test was approved; a wait that stands in the list already is not tried again."""
+        line = _alternative(found)
+        if line.kind is not AlternativeKind.WAIT or all(a.digest != line.digest for a, _ in self._found):
+            self._found.append((line, found))
 
     def refuse(self, found: Choice, reason: str) -> None:
         """The release check or the guard refused what was ``found``, for this ``reason``."""

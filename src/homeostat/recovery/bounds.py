@@ -19,7 +19,8 @@ class Budget:
     reserve_s: float = 5.0
     """Process time that is kept for the fallback to act [s]."""
     last_s: float = 4.0
-    """Wall-clock time that is kept for a thorough proposer which is asked after others: it answers in less [s]."""
+    """Wall-clock time that is kept for a thorough proposer which is asked after others, and for the waits that are
+    tried after all of them: both answer in less [s]."""
     diagnosis_s: float = 30.0
     """Longest diagnosis; after it nothing counts as known [s]."""
     arming_s: float = 30.0
@@ -30,6 +31,11 @@ class Budget:
     """Longest wait for the guard to write a request and to read it back [s]."""
     person_s: float = 600.0
     """Longest wait for a person's yes, where one is needed [s]."""
+
+    @property
+    def longest_s(self) -> float:
+        """Longest thinking between two looks at the guard [s]."""
+        return self.diagnosis_s + self.arming_s + self.latency_s + self.check_s
 
     def for_ticks(self, tick_s: float) -> Self:
         """The same for a plant that is sampled every ``tick_s`` [s].

@@ -80,7 +80,7 @@ class Deliberation:
             self._scene.record(Remarked.of(self.proposer.name, remark))
             if remark.kind is RemarkKind.UNLISTED_CAUSE:
                 said = f"{self.proposer.name} suspects {remark.about}: {quote(remark.text, 200)}"
-                self._scene.alarm("unlisted-cause", f"{said}; nothing was decided by it, look at {remark.about}")
+                self._scene.call("unlisted-cause", f"{said}; nothing was decided by it, look at {remark.about}")
 
     async def _unless_it_hangs(self, work: Awaitable[T]) -> T:
         """One answer; TimeoutError where it never comes: what it is part of may have no end."""
@@ -141,7 +141,10 @@ class Deliberation:
             await self._reprompt(situation, replace(attempt, verdict=Revise(findings), hypotheses=()))
 
     async def _reprompt(self, situation: Situation, attempt: Attempt) -> None:
-        after = await self._unless_it_hangs(self.proposer.reprompting.advise(situation, attempt, self._advice))
+        try:
+            after = await self._unless_it_hangs(self.proposer.reprompting.advise(situation, attempt, self._advice))
+        finally:
+            self._tell()
         self._advice = replace(after, attempts=(*self._advice.attempts, attempt))
 
     async def _attempt(self, number: int, situation: Situation, alternatives: Alternatives) -> Judged:

@@ -1,5 +1,7 @@
 """Proposals: proposers compete within their time, and the cheapest of what was approved is released."""
 
+import asyncio
+import math
 from collections.abc import Coroutine, Iterable, Sequence
 from dataclasses import replace
 
@@ -25,6 +27,8 @@ MOST_EARLIER = 4
 """Most earlier decisions that proposers are told."""
 UNLIKELY = 0.1
 """Probability of harm up to which something dear is put off, as long as it is as safe later as it is now [1]."""
+LAST_SHARE = 0.25
+"""Most of the time that is left which is kept for the waits [1]."""
 AGAIN = 2
 """How often in a deliberation what circumstances alone refused is tried again before something else is [1]."""
 
@@ -135,17 +139,24 @@ class Proposals:
     ) -> Exception | None:
         """Let those who are ``asked`` add to the ``alternatives``; why the last that gave up did, None for nobody.
 
-        Some time is kept for a thorough proposer that is still to be asked. Where the plant may not be left alone, half
-        of the time is kept to release what is found in: what waits gets worse.
+        Some time is kept for a thorough proposer that is still to be asked, and from whoever is not thorough for the
+        waits that are tried after all proposers. Where the plant may not be left alone, half of the time is kept to
+        release what is found in: what waits gets worse.
         """
         reason = None
         kept_s = 0.5 * self._scene.wall_s(situation.deadline_s) if alternatives.leave is None else 0.0
         for number, session in enumerate(asked, 1):
             if alternatives.worth_waiting:
-                until = end - self._last_s if any(s.proposer.thorough for s in asked[number:]) else end
+                followed = any(s.proposer.thorough for s in asked[number:])
+                until = end - self._last_s if followed else end if session.proposer.thorough else self._before(end)
                 work = session.add_to(alternatives, situation, until, end - kept_s)
                 reason = await self._try(session, work) or reason
         return reason
+
+    def _before(self, end: float) -> float:
+        """Time of the event loop that leaves the waits some of the time until ``end`` [s]."""
+        now = asyncio.get_running_loop().time()
+        return end if math.isinf(end) else end - min(self._last_s, LAST_SHARE * max(end - now, 0.0))
 
     async def _try(self, session: Deliberation, work: Coroutine[None, None, None]) -> Exception | None:
         """Wait for the ``work`` of one proposer; why it gave up, None where it did not."""

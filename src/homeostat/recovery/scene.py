@@ -34,6 +34,7 @@ class Scene:
     def __init__(self, desk: Desk, simulation: Simulation, grounding: Grounding, trace: Trace) -> None:
         """``simulation`` is kept up to date; ``grounding`` was asked for what ``trace`` takes besides the events."""
         self._desk, self._simulation, self._grounding, self._trace = desk, simulation, grounding, trace
+        self._unheard = False
         self._recent: deque[Snapshot] = deque(maxlen=RECENT)
         self._last: Observation | None = None
 
@@ -134,6 +135,11 @@ class Scene:
         """What a person was called for is over."""
         self.send(Settled(f"recovery:{name}"))
 
+    def call(self, name: str, cause: str, priority: Priority = Priority.HIGH) -> None:
+        """Call a person because of something that is over already: it stands until somebody has seen it."""
+        self.alarm(name, cause, priority)
+        self.settle(name)
+
     def record(self, event: Event, at_s: float | None = None) -> None:
         """Say that ``event`` happened at ``at_s``, now where None; what was asked of the graph before it goes first.
 
@@ -151,4 +157,9 @@ class Scene:
         try:
             self._trace.record(event, at_s)
         except (OSError, ValueError) as error:
+            self._unheard = True
             self.alarm("journal", f"recovery's events are not journalled: {error}")
+        else:
+            if self._unheard:
+                self._unheard = False
+                self.settle("journal")

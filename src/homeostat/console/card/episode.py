@@ -141,7 +141,7 @@ def card(record: RunRecord, plant: KnownPlant, readings: Readings | None, at_s: 
         let_be=_let_be(episode, known),
         currency="" if compared is None else compared[1].currency,
         compared_s=None if compared is None else compared[0],
-        choices=() if compared is None else tuple(_choice(a, compared[1], known) for a in compared[1].alternatives),
+        choices=() if compared is None else tuple(_choices(compared[1], known)),
         refused=tuple(_refusals(episode, known))[::-1][:_MOST],
         acted=tuple(_acted(episode, known))[::-1][:_MOST],
         notes=tuple(_notes(episode))[-_MOST:],
@@ -252,7 +252,15 @@ def _let_be(episode: Episode, plant: PlantDescription) -> LetBe | None:
     return None
 
 
-def _choice(alternative: Alternative, compared: Compared, plant: PlantDescription) -> Choice:
+def _choices(compared: Compared, plant: PlantDescription) -> Iterator[Choice]:
+    """The list; of those with the same commands the cheapest that may be done is what was chosen."""
+    those = (a for a in compared.alternatives if compared.chosen and a.admitted and a.digest == compared.chosen)
+    chosen = next(those, None)
+    for each in compared.alternatives:
+        yield _choice(each, each is chosen, plant)
+
+
+def _choice(alternative: Alternative, chosen: bool, plant: PlantDescription) -> Choice:
     states = [state_label(name, plant) for name in alternative.name.split(" > ")]
     end, seconds = states[-1], f"{alternative.seconds:g} s"
     what = {
@@ -264,7 +272,6 @@ def _choice(alternative: Alternative, compared: Compared, plant: PlantDescriptio
     }.get(alternative.kind, f"Go to {end}")
     by = who(alternative.proposer, alternative.polished) if alternative.proposer else ""
     items = sorted(((i.name, i.amount) for i in alternative.cost.items if i.amount > 0.05), key=lambda i: -i[1])[:4]
-    chosen = bool(compared.chosen) and alternative.digest == compared.chosen
     named = alternative.kind.value, by, alternative.cost.total, tuple(items), plainly(alternative.refused)
     return Choice(what, *named, chosen, alternative.certificate)
 

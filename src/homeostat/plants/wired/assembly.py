@@ -187,7 +187,7 @@ ANSWERS = 4.0
 """Where an answer is cut off only because it hangs, recovery is given up after the time of so many of them [1]: one
 more than there are between two looks at the plant."""
 BUSY_S = 600.0
-"""Longest that recovery may hold a plant that stands while it thinks, wall-clock [s]."""
+"""Longest that recovery may hold a plant that stands while it thinks, beyond what it may take, wall-clock [s]."""
 END_S = 5.0
 """Longest wait for recovery to end when a run is over, wall-clock [s]."""
 
@@ -302,8 +302,10 @@ def recovery_beside(plant: Plant, outside: Outside, seed: int, arrangement: Arra
     def failed(cause: str) -> None:
         send(Trouble("recovery:failed", cause))
 
-    busy_s = BUSY_S if clock.measured else ANSWERS * clock.hang_s
-    exchange = Exchange(clock, send, lost, ExchangeSettings(tick_s=plant.description.timing.tick_s, busy_s=busy_s))
+    tick_s = plant.description.timing.tick_s
+    thinking_s = BUSY_S + arrangement.budget.for_ticks(tick_s).longest_s
+    busy_s = thinking_s if clock.measured else ANSWERS * clock.hang_s
+    exchange = Exchange(clock, send, lost, ExchangeSettings(tick_s=tick_s, busy_s=busy_s))
     recovery = _recovery(plant, exchange, outside, seed, replace(arrangement, hurried=clock.measured))
     return exchange, Worker(exchange, recovery.supervise, failed)
 
