@@ -181,8 +181,8 @@ class Bin:
     """Share of them that is right [1]; NaN for none."""
 
 
-EDGES = (0.0, 0.1, 0.3, 0.5, 0.7, 0.85, 0.95, 1.0)
-"""Where bins begin and end that hold enough."""
+EDGES = (0.0, 0.1, 0.3, 0.5, 0.7, 0.85, 1.0)
+"""Where bins begin and end that hold enough: nothing is said with more than 0.94, see `misled` of the plants."""
 LEAST_COUNT = 150
 """Statements that a bin needs; one with fewer is merged with the neighbour that has fewer."""
 

@@ -8,11 +8,11 @@ from pathlib import Path
 from statistics import median
 
 from benchmarks.host import ROOT, commit, measured_on
-from benchmarks.unknown.bars import Study, bars
+from benchmarks.unknown.bars import LIKELY, Study, bars
 from benchmarks.unknown.causes import HARMLESS, HEALTHY, KNOWN
 from benchmarks.unknown.figure import draw
 from benchmarks.unknown.jobs import KNOWN_LOOKS_S, LOOKED_AT, LOOKS_S, UNKNOWN
-from benchmarks.unknown.judge import LEAST_COUNT, Bin, Verdict, merged
+from benchmarks.unknown.judge import LEAST_COUNT, Bin, Verdict, merged, reliability
 from benchmarks.unknown.sections import costs, forced_section, operated_section, pairs_section, table
 from benchmarks.unknown.tally import NOTHING, Look, Share, answers, counts, severity_errors, statements, with_a_name
 from benchmarks.unknown.texts import (
@@ -113,7 +113,16 @@ def _calibration(study: Study) -> str:
     mix = ", ".join(f"{len(x)} {p} in {len({one.judged.run for one in x})} runs" for p, x in looked.items())
     single = _reliability("said with", "statements", merged(statements(study.looks)))
     sets = _reliability("said with", "answers", merged(answers(study.looks)))
-    return f"{study.title}, {study.runs_looked_at} runs; looks: {mix}.\n\n{single}\n\nAnswers as sets:\n\n{sets}"
+    parts = table(("part", "statements", "mean", "right"), map(_likely, looked, looked.values()))
+    refused = f"Refused: {Share.that(looked[KNOWN], lambda x: x.refused)}."
+    told = f"{single}\n\nBy part:\n\n{parts}\n\n{refused}\n\nAnswers as sets:\n\n{sets}"
+    return f"{study.title}, {study.runs_looked_at} runs; looks: {mix}.\n\n{told}"
+
+
+def _likely(part: str, looks: Sequence[Look]) -> Sequence[object]:
+    """What is said with high probability at the looks of one part, and how much of it is right."""
+    one = next(b for b in reliability(statements(looks)) if (b.low, b.high) == LIKELY)
+    return (part, one.count, f"{one.said:.2f}" if one.count else "", f"{one.right:.2f}" if one.count else "")
 
 
 def _reliability(said: str, what: str, bins: Sequence[Bin]) -> str:

@@ -27,15 +27,18 @@ RECORDED_BY = (
     "src/homeostat/plants",
     "src/homeostat/process",
     "src/homeostat/stl",
+    "src/homeostat/twin/history.py",
+    "src/homeostat/twin/isolation/prechecks.py",
     "benchmarks/unknown/recorder.py",
     "benchmarks/unknown/band.py",
     "benchmarks/unknown/harmless.py",
 )
-"""Sources that a recording follows from; twin and isolation are not among them."""
+"""Sources that a recording follows from; of twin and isolation only what says which lines are flat."""
 JUDGED, OPERATED, PAIRED, FORCED = "judged", "operated", "pairs", "forced"
+_LOOKED_AT = tuple(f"benchmarks/unknown/{name}.py" for name in ("band", "causes", "harmless", "looks", "recorder"))
 FOLLOWS_FROM: Mapping[str, tuple[str, ...]] = {
-    JUDGED: ("src", "benchmarks/unknown/judging.py", "benchmarks/unknown/looks.py"),
-    OPERATED: ("src", "benchmarks/unknown/operated.py"),
+    JUDGED: ("src", *_LOOKED_AT, "benchmarks/unknown/judging.py"),
+    OPERATED: ("src", "benchmarks/unknown/judge.py", "benchmarks/unknown/looks.py", "benchmarks/unknown/operated.py"),
     PAIRED: ("src", "benchmarks/unknown/pairs.py", "benchmarks/unknown/strategies.py"),
     FORCED: ("src", "benchmarks/unknown/forced.py"),
 }

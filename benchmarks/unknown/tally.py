@@ -25,7 +25,7 @@ from benchmarks.unknown.judge import (
     verdict,
 )
 from benchmarks.unknown.judging import NO_LOOK, Judged
-from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultMode
+from homeostat.domain.diagnosis import AS_LIKELY_AS_NOT, SOMETHING_ELSE, FaultMode
 
 SEVERITY_AFTER_S = 120
 """Time after the first symptom at which severities are judged [s]."""
@@ -74,6 +74,11 @@ class Look:
     def bad(self) -> bool:
         """Whether another item or balance is said for sure."""
         return self.verdict in BAD
+
+    @property
+    def refused(self) -> bool:
+        """Whether the best explanation does not fit: something else is as likely as not."""
+        return any(s.name == SOMETHING_ELSE and s.probability >= AS_LIKELY_AS_NOT for s in self.judged.said)
 
     @property
     def alike(self) -> bool:

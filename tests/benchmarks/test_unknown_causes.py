@@ -106,4 +106,5 @@ def test_the_study_is_as_large_as_it_was_asked_to_be(plant: str) -> None:
     assert len(SEEDS["unknown"]) == 3 and len(SEEDS["known"]) == 20
     assert len(list(jobs(loaded, ["harmless"], [], [], "plant"))) >= 147
     first = next(jobs(loaded, ["unknown"], [], [], "plant"))
-    assert first.name == f"{plant}-plant-unknown-{first.cause.id}-401"
+    assert first.name == f"{plant}-plant-unknown-{first.cause.id}-601"
+    assert min(seed for seeds in SEEDS.values() for seed in seeds) > 420, "what was chosen was chosen on those"

@@ -14,7 +14,7 @@ from benchmarks.unknown import store, strategies
 from benchmarks.unknown.__main__ import main
 from benchmarks.unknown.bars import Study, bars
 from benchmarks.unknown.causes import Cause, forced_labels, pairs, what_changes
-from benchmarks.unknown.forced import Forced
+from benchmarks.unknown.forced import Forced, is_caught
 from benchmarks.unknown.jobs import SEEDS, Job, jobs, scenario_of, to_operate
 from benchmarks.unknown.judge import Statement
 from benchmarks.unknown.judging import Judged
@@ -246,6 +246,17 @@ def test_a_wrong_label_is_all_that_recovery_is_told(folder: Path, capsys: pytest
     assert capsys.readouterr().out == "", "it is in"
 
 
+@pytest.mark.parametrize(("fallen_s", "outside_s", "alone_s", "caught"), [
+    ((505.0,), 40.0, 0.0, True), ((300.0,), 40.0, 0.0, True), ((511.0,), 40.0, 0.0, False), ((), 40.0, 0.0, False),
+    ((505.0,), 61.0, 0.0, False), ((505.0,), 900.0, 895.0, True), ((300.0,), 1500.0, 20.0, False),
+])  # fmt: skip
+def test_a_release_is_caught_where_the_guard_falls_back_at_once_and_it_helps(
+    fallen_s: tuple[float, ...], outside_s: float, alone_s: float, caught: bool
+) -> None:
+    """A limit is left at 500 s."""
+    assert is_caught(fallen_s, 500.0, outside_s, alone_s) is caught
+
+
 def test_what_is_told_is_all_that_is_diagnosed() -> None:
     plant = load_plant(MIXER)
     label = (FaultState("pump_degradation", 0.25, 60.0),)
@@ -268,7 +279,7 @@ def test_the_page_tells_of_pairs_and_labels_that_did_harm() -> None:
     met = {bar.text: bar.judgement for bar in bars(study)}
     assert met["pairs of faults outside a hard limit after detection that a tried strategy keeps"] == "**no**"
     assert met["wrong labels with a release that violates a limit, and the guard does not catch it"] == "**no**"
-    assert met["harmless runs with a write"] == "yes"
+    assert met["harmless runs with a write"] == "so far"
     text = page([study], "plant")
     assert "| 1 of 36 | 1 | 1 | 1 | 1 fallback | 0 |" in text
     assert f"`{pair.run}`: held, outside LIM-T-HIGH, kept by fallback drain" in text
@@ -309,7 +320,7 @@ def test_no_process_is_no_study(capsys: pytest.CaptureFixture[str], monkeypatch:
 
 
 @pytest.mark.parametrize(
-    ("cpu_s", "judged"), [((4.0, 9.0, 60.0), "yes"), ((4.0, 11.0, 12.0), "**no**"), ((), "not measured")]
+    ("cpu_s", "judged"), [((4.0, 9.0, 60.0), "so far"), ((4.0, 11.0, 12.0), "**no**"), ((), "not measured")]
 )
 def test_what_a_run_costs_stands_beside_what_it_may(cpu_s: tuple[float, ...], judged: str) -> None:
     plant = load_plant("cstr")
