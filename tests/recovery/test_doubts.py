@@ -111,19 +111,23 @@ def test_a_symptom_that_has_gone_while_it_was_looked_at_calls_nobody() -> None:
     assert raised(done) == []
 
 
-def test_where_a_hard_limit_is_in_sight_it_is_urgent_and_says_how_soon() -> None:
-    """What may be wrong heats the line, which is left alone as long as nothing is likelier."""
+@pytest.mark.parametrize(("rise", "called_s"), [(0.15, 40.0), (0.5, 10.0)], ids=["minutes away", "seconds away"])
+def test_where_a_hard_limit_is_in_sight_it_is_urgent_and_says_how_soon(rise: float, called_s: float) -> None:
+    """What may be wrong heats the line, which is left alone as long as nothing is likelier.
+
+    A second look is waited for unless the limit may not wait for it.
+    """
     done = recovery(10.0, 40.0, last=50, hot=FINE)
     quiet = done.twin.roll_out
 
     def hotter(actions, hypotheses, ended=None, members=None):  # type: ignore[no-untyped-def]
-        done.twin.heating = 0.5 if any(h.faults for h in hypotheses) else 0.1
+        done.twin.heating = rise if any(h.faults for h in hypotheses) else 0.1
         return quiet(actions, hypotheses, ended, members)
 
     done.twin.roll_out = hotter  # type: ignore[method-assign]
     done.twin.frozen = lambda: done.twin  # type: ignore[method-assign]
     done.run()
-    assert raised(done) == [(40.0, Priority.HIGH)] and done.released == [] and done.handed_over == []
+    assert raised(done) == [(called_s, Priority.HIGH)] and done.released == [] and done.handed_over == []
     cause = next(m.cause for _, m in done.sent(Trouble) if m.name == ALARM)
     assert "if one of these is wrong and nothing is done, " in cause and cause.endswith(" s at the soonest")
 

@@ -29,6 +29,8 @@ GONE_S = 60.0
 """Symptoms that have been gone for so long, by the reference, do not stand any more [s]."""
 AGAIN_S = 600.0
 """Where the alarm comes back within this time, they must be gone twice as long, up to this, by the reference [s]."""
+SOON_S = 60.0
+"""A hard limit that may trip sooner than this, by the reference, is not waited for until the second look [s]."""
 _MOST = 3
 """Most explanations that an alarm names."""
 _WHEN = ("if nothing is done", "if one of these is wrong and nothing is done")
@@ -57,6 +59,7 @@ class Doubts:
         self._hard = frozenset(limit.name for limit in rules.limits.hard)
         self._least_s, self._longest_s = rules.timing.time_s(GONE_S), rules.timing.time_s(AGAIN_S)
         self._gone_s, self._returned_s = self._least_s, -math.inf
+        self._soon_s = rules.timing.time_s(SOON_S)
         self._raised: Priority | None = None
         self._begun = False
         self._open: frozenset[str] = frozenset()
@@ -104,10 +107,10 @@ class Doubts:
         self._scene.record(Doubted(diagnosis.symptoms, diagnosis.hypotheses, explained(diagnosis)), diagnosis.at_s)
 
     async def escalate(self, diagnosis: Diagnosis, outcome: Resolution, symptoms: Sequence[Symptom]) -> None:
-        """Call a person where a second look has not explained what stands; ``outcome``: what was done about it.
+        """Call a person where a second look has not explained what stands, or may come too late.
 
-        ``symptoms`` are those that there are. It is one alarm as long as they stand, raised again once where a hard
-        limit comes into sight, and over when they are explained.
+        ``outcome``: what was done about it; ``symptoms`` are those that there are. It is one alarm as long as they
+        stand, raised again once where a hard limit comes into sight, and over when they are explained.
         """
         standing = [s for s in diagnosis.symptoms if s.rule in {each.rule for each in symptoms}]
         if not standing:
@@ -117,21 +120,27 @@ class Doubts:
             return self._settle()
         rules = frozenset(s.rule for s in standing)
         again, self._open = bool(rules & self._open), rules
-        if self._raised is Priority.HIGH or (self._raised is None and not again):
+        if self._raised is Priority.HIGH:
             return
         supposed = diagnosis.doubts and not isinstance(outcome, Released)  # what was released is not to be overtaken
         every = (self._prospect.foreseen, await self._prospect.if_it_is(diagnosis) if supposed else None)
-        near = [self._nearest(told, when) for told, when in zip(every, _WHEN, strict=True) if told and told.first]
+        in_sight = [(told, when) for told, when in zip(every, _WHEN, strict=True) if told and told.first]
+        if self._raised is None and not again and all(self._nearest(told)[1] >= self._soon_s for told, _ in in_sight):
+            return
+        near = [self._told(*each) for each in in_sight]
         urgent = bool(near) or isinstance(outcome, FallbackNeeded)
         priority = Priority.HIGH if urgent else Priority.LOW
         if priority is not self._raised:
             self._raise(priority, f"{_cause(diagnosis, standing, outcome)}; {near[0] if near else _FAR}")
 
-    def _nearest(self, told: Foreseen, when: str) -> str:
-        """The hard limit that is reached first, and how soon."""
+    def _nearest(self, told: Foreseen) -> tuple[str, float]:
+        """The hard limit that is reached first, and how soon at the soonest [s]."""
         first = next(r for r in told.reached if r.limit in self._hard)
-        left_s = max(first.earliest_s - (self._scene.seen_s - told.from_s), 0.0)
-        return f"{when}, {first.limit} trips in {left_s:.0f} s at the soonest"
+        return first.limit, max(first.earliest_s - (self._scene.seen_s - told.from_s), 0.0)
+
+    def _told(self, told: Foreseen, when: str) -> str:
+        limit, left_s = self._nearest(told)
+        return f"{when}, {limit} trips in {left_s:.0f} s at the soonest"
 
     def _raise(self, priority: Priority, cause: str) -> None:
         now_s = self._scene.seen_s
