@@ -32,14 +32,12 @@ from homeostat.twin.isolation.memory import Memory, Remembered, remembered, size
 from homeostat.twin.isolation.names import Names
 from homeostat.twin.isolation.prior import Prior
 from homeostat.twin.isolation.responses import FIRST_ROW
-from homeostat.twin.isolation.search import Scored, Search
+from homeostat.twin.isolation.search import SECOND_FAULT_NATS, Scored, Search, charged
 from homeostat.twin.isolation.sizes import SizeError, stated
 from homeostat.twin.isolation.standing import standing
 from homeostat.twin.isolation.wandering import paths
 from homeostat.twin.settings import TwinSettings
 
-SECOND_FAULT_NATS = 6.0
-"""Gain in log-likelihood that a further fault must bring, over and above its prior [nats]."""
 SHORTEST = 8
 """Readings from which on disturbances are estimated."""
 COURSES = 2
@@ -102,6 +100,7 @@ class FaultIsolation:
         sensors = {s.component: s.variable for s in plant.signals if s.relation is Relation.MEASURES}
         self._calibrated = {p.symbol: sensors[p.component] for p in plant.parameters if p.component in sensors}
         self._names, self._stuck = Names(plant.faults), frozenset[str]()
+        self._further = 0.0
 
     def explain(
         self, question: Question, window: Window, recent: Window, posterior: Posterior
@@ -147,6 +146,7 @@ class FaultIsolation:
         posterior, other = evidence.posterior, copy(self)
         other._accuracy, other._calibrated = wrong.accuracy(self._accuracy), wrong.calibrated(self._calibrated)
         other._stuck = wrong.unseen(evidence.variables)
+        other._further = 0.0 if question.known else SECOND_FAULT_NATS
 
         def seen(window: Window) -> Window:
             return wrong.seen(window, posterior, self._accuracy, question.known)
@@ -166,7 +166,7 @@ class FaultIsolation:
         said = remembered(question.known, question.before, window.at_s(FIRST_ROW), DOUBT)
         claims = Claims(said[0].old, [s.old for s in said], evidence, window.at_s(FIRST_ROW), question.past)
         memory = Memory(said, self._carrier.modes, search.prior, window.end_s, claims)
-        (nothing,) = memory.told([Scored((), float(search.score([()])[0]))])
+        (nothing,) = memory.told([Scored((), float(search.score([()])[0]) + self._further)])
         named, unknown = self._named(search, question, window), self._estimated(evidence, search, (), question.since_s)
         again = self._again(search, question.known, said, window)
         scored, none = memory.told([*named, *unknown, *again]), nothing.score
@@ -177,7 +177,7 @@ class FaultIsolation:
             best, fit = _best(scored, evidence, none)
         forgets = bool(said[0].old) and not self._keeps(best, said[0].old)  # what fits alone may fit better beside it
         if best.faults and (forgets or not fit.good or (question.news and fit.strained) or question.dense):
-            scored += memory.told(search.joined(question.known, named))
+            scored += memory.told(charged(search.joined(question.known, named), question.known))
             scored += self._beside(evidence, search, question.known, said[0].old)
             if len(question.known) <= 1:
                 scored += memory.told(self._second(search, best, recent, posterior, question.known))
@@ -344,7 +344,8 @@ class FaultIsolation:
         if not doubles or max(d.score for d in doubles) - float(late.score([best.faults])[0]) <= SECOND_FAULT_NATS:
             return []
         sets = [d.faults for d in doubles]
-        return [Scored(s, score) for s, score in zip(sets, search.score(sets).tolist(), strict=True)]
+        found = [Scored(s, score) for s, score in zip(sets, search.score(sets).tolist(), strict=True)]
+        return charged(found, best.faults)
 
 
 def _best(scored: Sequence[Scored], evidence: Evidence, none: float) -> tuple[Scored, Fit]:

@@ -17,6 +17,8 @@ FINER = (1.0, 0.35, 0.12, 0.04, 0.015)
 """Steps of the grids around the best that was found, as multiples of a 24th of the range and 12 % of the age."""
 STARTS = 3
 """Onsets around which each fault is refined: what is best on a coarse grid need not be near what is best [1]."""
+SECOND_FAULT_NATS = 6.0
+"""Gain in log-likelihood that a further fault must bring, over and above its prior [nats]."""
 EMPTY: Mapping[str, Size] = MappingProxyType({})
 """No size of before."""
 LEADERS = 3
@@ -222,4 +224,14 @@ def _starts(tried: Sequence[Scored]) -> list[Scored]:
         scores = [-np.inf, *(each.score for each in row), -np.inf]
         peaks = [each for k, each in enumerate(row, 1) if scores[k - 1] < scores[k] >= scores[k + 1]]
         found += sorted(peaks, key=lambda each: -each.score)[:STARTS]
+    return found
+
+
+def charged(scored: Sequence[Scored], known: FaultSet) -> list[Scored]:
+    """``scored`` with what each fault costs that is new beside others of what was ``known``."""
+    before = {fault.fault for fault in known}
+    found = []
+    for each in scored:
+        new = sum(fault.fault not in before for fault in each.faults)
+        found.append(replace(each, score=each.score - SECOND_FAULT_NATS * min(new, max(len(each.faults) - 1, 0))))
     return found
