@@ -161,7 +161,7 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
 
 function Explanations({ card }: { card: Card }) {
   return (
-    <ul class="explanations">{card.explanations.map((e) => (
+    <><ul class="explanations">{card.explanations.map((e) => (
       <li key={e.name}>
         <p><b>{percent(e.probability)}</b> {e.text}{e.size && `, size ${e.size}`} <span class="quiet">{e.component}</span></p>
         <svg class="share" viewBox="0 0 100 4" preserveAspectRatio="none" aria-hidden="true">
@@ -171,6 +171,7 @@ function Explanations({ card }: { card: Card }) {
         {e.others.length > 0 && <p class="small quiet">− seen, and the tables do not link it: {e.others.join("; ")}</p>}
       </li>))}
     </ul>
+    {card.apart && <p class="small">? To tell them apart: {card.apart}</p>}</>
   );
 }
 

@@ -75,7 +75,7 @@ export interface Refusal { at_s: number; what: string; why: string }
 export interface Acted { at_s: number; strategy: string; reason: string; moves: Move[]; stands: boolean }
 export interface Card {
   since_s: number; over_s: number | null; headline: string; probability: number | null; diagnosed_s: number | null;
-  seen: Symptom[]; explanations: Explanation[]; alone: string; foresight: Foresight | null; let_be: LetBe | null; proposal: Proposal | null; fallen: Proposal | null; released_s: number | null; currency: string;
+  seen: Symptom[]; explanations: Explanation[]; apart: string; alone: string; foresight: Foresight | null; let_be: LetBe | null; proposal: Proposal | null; fallen: Proposal | null; released_s: number | null; currency: string;
   compared_s: number | null; choices: Choice[]; refused: Refusal[]; acted: Acted[]; notes: string[];
 }
 export interface Moment {

@@ -254,6 +254,8 @@ class Card:
     """Symptoms."""
     explanations: tuple[Explanation, ...]
     """What may be wrong, the most probable first."""
+    apart: str
+    """What somebody would look at to tell them apart; empty where that is clear or nobody can."""
     alone: str
     """What follows if nothing is done; empty where the record does not say."""
     foresight: Foresight | None

@@ -41,6 +41,7 @@ from homeostat.domain.remark import RemarkKind
 from homeostat.domain.request import RequestStatus
 from homeostat.journal.memory import Entry
 from homeostat.record.run_record import RunRecord
+from homeostat.record.story.apart import told_apart
 from homeostat.record.story.wording import every, lasting, who, worst
 
 E = TypeVar("E")
@@ -133,6 +134,7 @@ def card(record: RunRecord, plant: KnownPlant, readings: Readings | None, at_s: 
         diagnosed_s=None if diagnosed is None else diagnosed[0],
         seen=seen,
         explanations=explanations,
+        apart=told_apart(held, known),
         alone=_alone(compared, known),
         foresight=alone(episode.entries, known),
         proposal=proposal(current(stood), record, episode.entries, plant, (readings, at_s)),

@@ -59,6 +59,8 @@ def _believed(card: Card) -> Iterator[str]:
         yield f"{seen.text} ({seen.rule}){times}{value}"
     for explanation in card.explanations:
         yield _explanation(explanation)
+    if card.apart:
+        yield f"They are told apart by {card.apart}"
 
 
 def _explanation(one: Explanation) -> str:

@@ -1,11 +1,11 @@
 """A run told line by line: live from its trace, or again from its journal; both give the same lines."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
 from homeostat.domain.alternative import AlternativeKind
-from homeostat.domain.diagnosis import FaultState, Symptom, by_fault_set
+from homeostat.domain.diagnosis import FaultState, Hypothesis, Symptom, by_fault_set
 from homeostat.domain.disturbance import Disturbance
 from homeostat.domain.events.foresight import Foreseen, Reached
 from homeostat.domain.events.guard import StateEntered
@@ -38,6 +38,7 @@ from homeostat.journal import Event, RunFinished, RunStarted
 from homeostat.journal.calls import ModelCalled
 from homeostat.record.foretold import first_hard
 from homeostat.record.run_record import RunRecord
+from homeostat.record.story.apart import told_apart
 from homeostat.record.story.folding import ATTEMPT, Folding
 from homeostat.record.story.guard import GuardStory
 from homeostat.record.story.line import Line, Tone
@@ -171,7 +172,7 @@ class Story:
 
     def _report(self, event: Diagnosed, at_s: float) -> Iterator[Line]:
         self._reports += 1
-        believed = probabilities(by_fault_set(event.hypotheses), self._plant)
+        believed = self._believed(event.hypotheses)
         if self._reports > 1:
             yield Line(at_s, "review", believed)
             return
@@ -179,13 +180,18 @@ class Story:
             yield Line(at_s, "detected", self._seen(event.symptoms), Tone.WARNING)
         yield Line(at_s, "diagnosed", believed)
 
+    def _believed(self, hypotheses: Sequence[Hypothesis]) -> str:
+        held = by_fault_set(hypotheses)
+        looks = told_apart(held, self._plant)
+        return probabilities(held, self._plant) + (f"; told apart by {looks}" if looks else "")
+
     def _seen(self, symptoms: Iterable[Symptom]) -> str:
         rules = {rule.name: rule.description for rule in self._plant.symptom_rules}
         told = (f"{rules.get(s.rule, s.rule)} ({s.rule}, {s.severity:.1f} times its threshold)" for s in symptoms)
         return "; ".join(told)
 
     def _doubt(self, event: Doubted, at_s: float) -> Line:
-        believed = probabilities(by_fault_set(event.hypotheses), self._plant)
+        believed = self._believed(event.hypotheses)
         if not event.symptoms:
             return Line(at_s, "may be", f"it may come back: {believed}")
         seen = self._seen(event.symptoms)
