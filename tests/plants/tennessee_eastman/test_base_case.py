@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from homeostat.plants.tennessee_eastman import flows, substances
+from homeostat.plants.tennessee_eastman.control import GRADE
 from homeostat.process.blocks.term import Leaf, Term, evaluate, term
 from tests.plants.tennessee_eastman.eastman import (
     DESIGN,
     SHEET,
     SHOWN,
     THOUSANDS,
+    eastman,
     leaves_at,
     measured,
     model,
@@ -48,6 +50,14 @@ def test_a_run_begins_at_the_published_base_case() -> None:
     shown = measured(start())
     off = {v: abs(float(np.ravel(shown[v])[0]) / base - 1.0) for v, base in zip(SHOWN, BASE, strict=True)}
     assert max(off.values()) < 5e-3, off
+
+
+def test_the_grade_is_a_mole_fraction_and_that_of_the_base_case_is_as_much_g_as_h_by_mass() -> None:
+    shown = {v: float(np.ravel(value)[0]) for v, value in measured(start()).items()}
+    g, h = (shown[f"X11{name}"] * substances.MASS["ABCDEFGH".index(name)] for name in "GH")
+    assert g == pytest.approx(h, rel=1e-3) and shown["X11G"] == pytest.approx(GRADE)
+    words = {s.tag.name: s.tag.description for s in eastman().description.signals}
+    assert "mol %" in words["X11G"] and "mol %" in words["X11G.sp"] and words["Gp"].startswith("Mole fraction of G")
 
 
 @pytest.mark.parametrize("number", NOISE)
