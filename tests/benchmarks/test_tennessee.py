@@ -49,6 +49,17 @@ def test_the_first_thirteen_are_the_first_that_qualified_in_the_order_of_the_lis
         assert study[name] == candidates[name], name
 
 
+def test_the_study_runs_everybody_whom_its_page_asks_for() -> None:
+    kinds, proposers = qualified(), [each.label for each in read_plan(STUDY).proposers]
+    rows = [
+        plain(scenario=name, seed=seed, proposer=who, acted=kind is not Kind.NOTHING)
+        for name, kind in kinds.items()
+        for seed in (1, 2, 3)
+        for who in proposers
+    ]
+    assert list(campaign.missing(rows, kinds)) == []
+
+
 @pytest.mark.parametrize("path", [CANDIDATES, STUDY], ids=lambda path: path.stem)
 def test_nothing_begins_before_monitoring_knows_the_plant(path: Path) -> None:
     plant = load_plant("tennessee_eastman", learned=False)
