@@ -18,7 +18,7 @@ HEALTHY = 400
 LABELS = ("anomaly", "changepoint")
 """Columns that no detector sees."""
 ONSET = 160
-"""First row of a Tennessee Eastman test recording with the fault."""
+"""First row of a Tennessee Eastman test recording with the fault, which began at the row before."""
 STEP_MIN = 3.0
 """Time from row to row there [min]."""
 

@@ -23,7 +23,9 @@ class Detection:
     rates: dict[int, float]
     """Disturbance -> share of its rows beyond the limit [1]."""
     delays_min: dict[int, float]
-    """Disturbance -> time to the first of six rows in a row beyond it [min]; infinite where there is none."""
+    """Disturbance -> time from its onset to the first of six rows in a row beyond it [min]; infinite for never.
+
+    It begins at the last row without it: the first one with it is one step late."""
     false_alarms: float
     """Share of the rows before the disturbances beyond it [1]: no limit was read from them."""
 
@@ -53,5 +55,5 @@ def _detection(folder: Path, baseline: Baseline, limit: float) -> Detection:
         early.append(over[:ONSET])
         rates[number] = float(over[ONSET:].mean())
         lasting = np.convolve(over[ONSET:], np.ones(LASTING), "valid") >= LASTING
-        delays[number] = STEP_MIN * int(lasting.argmax()) if lasting.any() else np.inf
+        delays[number] = STEP_MIN * (1 + int(lasting.argmax())) if lasting.any() else np.inf
     return Detection(rates, delays, float(np.mean(early)))

@@ -94,7 +94,8 @@ def _tep(equal: Mapping[str, Detection], stated: Mapping[str, Detection]) -> str
         (
             ON_TEP,
             table(("detectors", "mean", "before the fault", *idv), rows),
-            "Minutes from the onset to the first of six rows in a row beyond the limit:",
+            "Minutes from the onset, 8 h into the recording, to the first of six rows in a row beyond the limit; the "
+            "first row with the fault is that of 8 h 03 min, so that no delay is below 3:",
             table(("detectors", *idv), delays),
             BY_COMMAND,
             table(("detectors", "mean", "false alarms"), by_command),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.host import commit, measured_on
 from benchmarks.tennessee import campaign as campaigned
 from benchmarks.tennessee.alone import Trip, Upset
+from benchmarks.tennessee.bars import missed
 from benchmarks.tennessee.engine import MEMBERS, Speed
 from benchmarks.tennessee.operated import HOURS, LEVELS, MISMATCH, THOUGHT_S, Looked
 from benchmarks.tennessee.published import OUTPUTS, SETTLED_H
@@ -48,8 +49,9 @@ CAMPAIGN = """## Thirteen scenarios in three seeds
 
 `campaigns/tennessee.toml`: ours, of the shape of a published study (arXiv 2608.19819) whose definitions are not public.
 Each begins under regulatory control. *Kept*: seeds in which no trip limit is left; *acted*: in which a proposal was
-released or the fallback acted; *lost*: mean share of the production of the same plant without a fault. `do-nothing` is
-regulatory control.
+released or the fallback acted; *at the grade*: of those of quality, in which the product is within the soft limit of
+its grade at the end, which no trip limit and no `success` asks for; *lost*: mean share of the production of the same
+plant without a fault. `do-nothing` is regulatory control.
 """
 OPERATED = """## Looked after
 
@@ -69,8 +71,6 @@ ENGINE = """## Engine
 Times by the clock of a host that had other work: compare them with its yardstick below.
 """
 MISSED = "## Asked for, and not there"
-DECISION_S = 20.0
-"""What a decision may take by the clock [s]."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def write(
         + "\n\n"
         + _operated(runs),
         ENGINE + "\n" + _engine(speed),
-        _missed(runs, asked, [*campaigned.missing(campaign, kinds)]),
+        _missed([*_apart(beside), *campaigned.missing(campaign, kinds), *missed(runs, asked)]),
         measured_on(),
     )
     path.write_text("\n\n".join(sections) + "\n", encoding="utf-8")
@@ -165,21 +165,16 @@ def _summary(runs: Sequence[Looked]) -> str:
     )
 
 
-def _missed(runs: Sequence[Looked], asked: int, campaign: Sequence[str]) -> str:
-    """What does not follow from what is in."""
-    found = list(campaign)
-    if len(runs) < asked:
-        found.append(f"every disturbance and stuck valve in three seeds: {len(runs)} of {asked} runs are in")
-    slow = [run.decision_s for run in runs if run.decision_s is not None and run.decision_s > DECISION_S]
-    if slow:
-        found.append(f"a decision within {DECISION_S:g} s: {len(slow)} took longer, up to {max(slow):.0f} s")
-    lost = [f"{run.name} seed {run.seed}" for run in runs if run.outside_s > 0.0 and run.kept_by]
-    if lost:
-        found.append(f"inside the trip limits wherever a constant answer keeps them: not in {', '.join(lost)}")
-    called = [f"{run.name} seed {run.seed}" for run in runs if run.hidden and run.called and not run.unknown]
-    if called:
-        found.append(f"what stands in no table called unknown: another name in {', '.join(called)}")
+def _missed(found: Sequence[str]) -> str:
+    """What was asked for and does not follow from what is in."""
     return "\n".join([MISSED, "", *(f"- {text}" for text in found or ["nothing"])])
+
+
+def _apart(beside: Beside) -> Iterator[str]:
+    """What trips otherwise than in the published code."""
+    if numbers := [n for n, theirs in beside.theirs.items() if not agrees(beside.ours[n], theirs)]:
+        where = ", ".join(map(str, numbers))
+        yield f"trips as in the published code, within {WITHIN:.0%} of the time: not with IDV {where}"
 
 
 def _operated(runs: Sequence[Looked]) -> str:

@@ -28,7 +28,7 @@ QUALIFIED: Final = Path(__file__).with_name("qualified.csv")
 CONFIGURATIONS: Final = ("normal", "trims_held", "by_separator", "by_stripper")
 """States that may have an answer to what trips, in the order in which they are tried."""
 GRADE: Final = 5.0
-"""How far the grade may be off on the mean of the last two hours [%], as Downs and Vogel (1993) have it."""
+"""How far the grade may be off on the mean of the last two hours [mol %], as Downs and Vogel (1993) have it."""
 LAST_S: Final = 7200.0
 
 
@@ -58,7 +58,7 @@ class Candidate:
 
 
 def off_grade(ended: Ended) -> float:
-    """How far the grade was off on the mean of the last two hours [%]."""
+    """How far the grade was off on the mean of the last two hours [mol %]."""
     truth = ended.truth
     last = truth.times_s >= truth.times_s[-1] - LAST_S
     return float(abs(np.mean(truth.signals["X11G.err"][0, last])))

@@ -49,5 +49,5 @@ def test_a_delay_is_the_time_to_six_rows_in_a_row(tmp_path: Path) -> None:
     np.savez(tmp_path / "d07.npz", train=test[:480], test=test)
     assert faults(tmp_path) == [7] and recording(tmp_path, 7)[1].shape == (960, 3)
     found = at_equal_rate(tmp_path, ["three-sigma"], 0.01)
-    assert found.delays_min[7] == 30.0 and found.rates[7] == pytest.approx(790 / 800, abs=0.01)
+    assert found.delays_min[7] == 33.0 and found.rates[7] == pytest.approx(790 / 800, abs=0.01)
     assert found.false_alarms < 0.05

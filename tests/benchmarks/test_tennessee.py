@@ -13,6 +13,7 @@ import pytest
 
 from benchmarks.tennessee import campaign, page
 from benchmarks.tennessee.alone import stuck, upsets
+from benchmarks.tennessee.bars import missed
 from benchmarks.tennessee.operated import Looked, everything
 from benchmarks.tennessee.qualify import CANDIDATES, QUALIFIED, WANTED, Kind, qualified
 from homeostat.evaluate.reference.unsupervised import open_process, watch
@@ -47,6 +48,17 @@ def test_the_first_thirteen_are_the_first_that_qualified_in_the_order_of_the_lis
     assert {row["candidate"] for row in rows if row["taken"] == "yes"} == set(first)
     for name in first:
         assert study[name] == candidates[name], name
+
+
+def test_the_study_runs_everybody_whom_its_page_asks_for() -> None:
+    kinds, proposers = qualified(), [each.label for each in read_plan(STUDY).proposers]
+    rows = [
+        plain(scenario=name, seed=seed, proposer=who, acted=kind is not Kind.NOTHING)
+        for name, kind in kinds.items()
+        for seed in (1, 2, 3)
+        for who in proposers
+    ]
+    assert list(campaign.missing(rows, kinds)) == []
 
 
 @pytest.mark.parametrize("path", [CANDIDATES, STUDY], ids=lambda path: path.stem)
@@ -103,25 +115,50 @@ def test_a_valve_that_sticks_where_it_stands_stands_there() -> None:
     assert np.ptp(opened[after]) == 0.0 < np.ptp(opened[~after])
 
 
+TRIPS = {"alone_h": 2.0, "alone_limit": "LIM-PR-HIGH"}
+UNSAID, AFTER = "none was said in IDV 16 seed 1", "it was after it in IDV 16 seed 1"
+
+
 @pytest.mark.parametrize(
     ("changed", "told"),
     [
-        ({}, "nothing"),
-        ({"called": "unknown_C1_warming_C", "probability": 0.8}, "nothing"),
-        ({"called": "V9_weak", "probability": 0.8}, "another name in IDV 16 seed 1"),
-        ({"hidden": False, "called": "V9_weak", "probability": 0.8}, "nothing"),
-        ({"decision_s": 20.0}, "nothing"),
-        ({"decision_s": 25.0}, "a decision within 20 s: 1 took longer, up to 25 s"),
+        ({}, ""),
+        ({"called": "unknown_C1_warming_C", "probability": 0.8}, ""),
+        ({"called": "V9_weak", "probability": 0.8}, "called unknown: another name in IDV 16 seed 1"),
+        ({"hidden": False, "called": "V9_weak", "probability": 0.8}, ""),
+        ({"decision_s": 20.0}, ""),
+        ({"decision_s": 25.0}, "a decision within 20 s: 1 of 1 took longer, up to 25 s"),
         ({"outside_s": 60.0, "kept_by": 3, "tried": 9}, "a constant answer keeps them: not in IDV 16 seed 1"),
-        ({"outside_s": 60.0, "kept_by": 0, "tried": 9}, "nothing"),
+        ({"outside_s": 60.0, "kept_by": 0, "tried": 9}, ""),
+        ({**TRIPS, "foreseen_s": 7000.0}, ""),
+        ({**TRIPS, "foreseen_s": 7300.0}, f"a time to act by before the true trip: {AFTER}"),
+        (TRIPS, f"a time to act by before the true trip: {UNSAID}"),
     ],
 )
 def test_what_is_asked_for_and_not_there_follows_from_what_is_in(changed: dict[str, Any], told: str) -> None:
     runs = [one(**changed)]
-    lines = page._missed(runs, 1, []).splitlines()[2:]
-    assert len(lines) == 1 and told in lines[0]
-    assert "1 of 192 runs are in" in page._missed(runs, 192, [])
-    assert "IDV 16" in page._operated(runs) and page._summary(runs).startswith("With nobody 0 of 1")
+    lines = list(missed(runs, 1))
+    assert any(told in line for line in lines)
+    wrong = ("another name", "took longer", "not in IDV", AFTER, UNSAID)
+    assert [word for word in wrong if any(word in line for line in lines)] == [word for word in wrong if word in told]
+    assert any("1 of 192 runs are in" in line for line in missed(runs, 192))
+    assert "IDV 16" in page._operated(runs) and "of 1 leave a trip limit" in page._summary(runs)
+
+
+def test_a_bar_for_which_no_run_is_in_is_not_measured_and_not_met() -> None:
+    lines = [*missed([], 192), *campaign.missing([], qualified())]
+    said = {line.partition(":")[0] for line in lines if line.endswith(": not measured")}
+    assert said == {
+        "IDV 8 to 28 looked after",
+        "a decision within 20 s",
+        "inside the trip limits wherever a constant answer keeps them",
+        "IDV 16, 17, 18, 20, which stand in no table, called unknown",
+        "a time to act by before the true trip",
+        "39 of 39 episodes inside the trip limits by search",
+        "15 of 15 episodes without an action where nothing is needed",
+        "9 of 9 episodes of quality at their grade in the end",
+    }
+    assert "rates within 0.002 of what is held per hour: 0.0024 at worst of 300 states" in lines
 
 
 def test_the_campaign_has_a_table_of_its_own_and_what_it_lacks_is_said(tmp_path: Path) -> None:
@@ -141,11 +178,19 @@ def test_the_campaign_has_a_table_of_its_own_and_what_it_lacks_is_said(tmp_path:
         for who in ("search", "do-nothing", "hindsight")
     ]
     assert list(campaign.missing(rows, kinds)) == []
-    assert "39 of 39 kept, 24 acted" in campaign.told(rows, kinds)
+    assert "39 of 39 kept, 24 acted, 9 of 9 at the grade" in campaign.told(rows, kinds)
     rows[0] = replace(rows[0], exposure_s=60.0, acted=True)
     found = "; ".join(campaign.missing(rows, kinds))
     assert "39 of 39 episodes inside the trip limits by search: 38 of 39 that are in" in found
     assert "there was one in 1 episodes (IDV 2 seed 1)" in found
     write_dataset(tmp_path / "results.parquet", [*rows, plain(scenario="design, IDV 1")])
     assert len(campaign.rows_of(tmp_path, kinds)) == len(rows) and campaign.rows_of(None, kinds) == []
-    assert "0 of 0 that are in" in next(campaign.missing([], kinds))
+
+
+def test_who_never_brings_the_grade_back_does_not_meet_the_bar_of_quality() -> None:
+    kinds = qualified()
+    rows = [plain(scenario=name, seed=seed, missed="ACC-PR+ACC-G") for name in kinds for seed in (1, 2, 3)]
+    assert "9 of 9 episodes of quality at their grade in the end: 0 of 9 that are in" in list(
+        campaign.missing(rows, kinds)
+    )
+    assert "3 of 3 kept, 3 acted, 0 of 3 at the grade" in campaign.told(rows, kinds)

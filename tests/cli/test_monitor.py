@@ -28,7 +28,7 @@ def well(tmp_path: Path) -> str:
 def test_what_is_out_of_the_ordinary_is_told_with_its_time_and_its_signal(tmp_path: Path, ill: str, well: str) -> None:
     done = homeostat("monitor", ill, "--baseline", well, cwd=tmp_path)
     assert done.status == 1 and done.err == ""
-    assert "900 rows of 4 signals, judged by 1 fault-free table" in done.out
+    assert "900 rows of 4 signals at the times of 'time', judged by 1 fault-free table" in done.out
     (alarm,) = (line for line in done.out.splitlines() if "2026-11-25 13:08:2" in line)
     assert "2026-11-25 13:11:4" in alarm and "flow [l/s]" in alarm
 
@@ -47,11 +47,16 @@ def test_a_table_alone_is_judged_by_its_first_rows(tmp_path: Path, ill: str) -> 
     )
 
 
+def test_rows_that_are_counted_for_want_of_times_are_said_to_have_none(tmp_path: Path, ill: str) -> None:
+    assert "rows of 4 signals without times, judged" in homeostat("monitor", ill, "--ignore", "time", cwd=tmp_path).out
+
+
 def test_json_is_one_object_and_nothing_else(tmp_path: Path, ill: str, well: str) -> None:
     done = homeostat("monitor", ill, "--baseline", well, "--detectors", "pca,three-sigma", "--json", cwd=tmp_path)
     found = json.loads(done.out)
     assert done.status == 1 and found["detectors"] == ["pca", "three-sigma"] and found["false_alarms"] == 0.01
     (table,) = found["tables"]
+    assert table["time"] == "time"
     assert (
         table["rows"] == 900 and table["signals"] == list(NAMES) and table["alarms"][0]["signals"]["flow [l/s]"] > 1.0
     )

@@ -51,6 +51,22 @@ def test_rows_are_counted_where_there_is_no_time(tmp_path: Path) -> None:
     assert not read.timed and read.told(1) == "row 2"
 
 
+def test_a_temperature_in_capitals_is_a_signal_and_a_small_t_is_time(tmp_path: Path) -> None:
+    counted = read_table(table(tmp_path / "a.csv", "T,p\n300,1\n299,2\n"))
+    assert counted.signals == ("T", "p") and not counted.timed
+    timed = read_table(table(tmp_path / "b.csv", "T,AT,t\n300,1,0\n299,2,60\n"))
+    assert timed.signals == ("T", "AT") and timed.time == "t" and timed.times.tolist() == [0.0, 60.0]
+
+
+def test_an_ignored_column_is_not_taken_for_the_times(tmp_path: Path) -> None:
+    file = table(tmp_path / "t.csv", "Date,time,a\n7,0,1\n7,60,2\n")
+    read = read_table(file, ignored=("Date",))
+    assert read.time == "time" and read.signals == ("a",)
+    assert not read_table(file, ignored=("Date", "time")).timed
+    with pytest.raises(DetectionError, match="'time' is both ignored and named for the times"):
+        read_table(file, time="time", ignored=("time",))
+
+
 def test_times_with_an_offset_are_the_same_moments(tmp_path: Path) -> None:
     text = "time,a\n2026-01-01T10:00:00+02:00,1\n2026-01-01T08:00:30Z,2\n"
     assert read_table(table(tmp_path / "t.csv", text)).times.tolist() == [0.0, 30.0]

@@ -24,12 +24,13 @@ from homeostat.evaluate.score.scoring import (
     has_product,
     inside_at_end,
     kept_until,
+    missed_at_end,
     outside_after,
     production_loss,
     worse,
 )
 from homeostat.record.run_record import Span
-from tests.safety.world import CALM, COLD, FEED, HOT, rule
+from tests.safety.world import CALM, COLD, FEED, HOT, criterion, rule
 from tests.twin.followed import reactor
 
 LIMITS = Limits((HOT, COLD, FEED), (CALM,))
@@ -149,6 +150,23 @@ def test_the_sampling_period_counts() -> None:
 def test_the_end_is_calm_within_the_hard_limits(stretches: tuple[tuple[float, int], ...], inside: bool) -> None:
     assert CALM_S == 60.0
     assert inside_at_end(temperatures(*stretches), FORCE) is inside
+
+
+@pytest.mark.parametrize(
+    ("stretches", "missed"),
+    [
+        (((310.0, 1000),), ()),
+        (((290.0, 940), (310.0, 60)), ()),
+        (((290.0, 941), (310.0, 59)), ("ACC-WARM", "LIM-COLD")),
+        (((310.0, 990), (299.0, 10)), ("ACC-WARM",)),
+        (((310.0, 900), (320.0, 100)), ()),
+    ],
+)
+def test_what_is_soft_and_not_kept_at_the_end_is_missed(
+    stretches: tuple[tuple[float, int], ...], missed: tuple[str, ...]
+) -> None:
+    limits = Limits((HOT, COLD, FEED), (CALM, criterion("ACC-WARM", "T >= 305", hard=False)))
+    assert missed_at_end(temperatures(*stretches), LimitsInForce(limits)) == missed
 
 
 # --- production -------------------------------------------------------------------------------------------------

@@ -94,6 +94,9 @@ class Row:
     """Least true margin to any hard limit since start-up, each in scales of its unit; negative: violated [1]."""
     least_margin_limit: str
     """Name of that limit."""
+    missed: str | None
+    """Soft criteria and envelopes that did not hold at the end, joined by '+', as a product off its grade; empty for
+    none, None in rows of versions that did not look."""
     approved_margin: float | None
     """Least margin of the first approval, each criterion in its own unit; None where nothing was approved."""
     production_loss: float | None
@@ -187,7 +190,7 @@ OWN = frozenset(field.name for field in fields(Row)) - {TOTALS}
 """The columns that every row has."""
 FINGERPRINT = "fingerprint"
 """What a row in the ledger is found by, beside its columns."""
-YOUNGER = {"disturbances": "", "mismatch": "none"}
+YOUNGER = {"disturbances": "", "mismatch": "none", "missed": None}
 """Columns that older rows lack -> what they would have there."""
 RESERVED = OWN | {TOTALS, FINGERPRINT}
 """What no total of a plant may be called: it would be taken for something else wherever rows are kept."""

@@ -14,6 +14,7 @@ import pytest
 from pyarrow import parquet
 
 from homeostat.domain.plant.limits import LimitKind
+from homeostat.evaluate import beginning
 from homeostat.evaluate.reference.best_constant import BestConstant
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.study.measurement import KeptRuns, measure, without_faults
@@ -318,6 +319,15 @@ def test_a_disturbed_plant_is_a_scenario_like_any_other(tmp_path: Path) -> None:
     assert row.disturbances == "T_coolant + 2 from 900" and row.scenario == "warm coolant"
     usual = measure(one("do-nothing", {**DISTURBED, "mismatch": "none"}, mismatch="plant"), KeptRuns(None))
     assert usual.mismatch == "none" and usual.least_margin != row.least_margin
+
+
+@pytest.mark.slow
+def test_a_grade_that_does_not_follow_is_missed_by_a_run_that_succeeds(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(beginning, "RUNS", 5)
+    order = {"case": "tennessee_eastman", "name": "grade", "end_s": 36000.0, "begins_in": "regulatory"}
+    rows = [measure(one("do-nothing", {**order, "setpoints": {"X11G.sp": g}}), KeptRuns(None)) for g in (60.0, 55.0)]
+    assert [row.success for row in rows] == [True, True]
+    assert [row.missed for row in rows] == ["ACC-G", ""]
 
 
 def test_hindsight_searches_the_true_plant_and_not_its_model() -> None:

@@ -8,8 +8,20 @@ import numpy as np
 import pytest
 
 from homeostat.plants.tennessee_eastman import flows, substances
+from homeostat.plants.tennessee_eastman.control import GRADE
 from homeostat.process.blocks.term import Leaf, Term, evaluate, term
-from tests.plants.tennessee_eastman.eastman import DESIGN, SHEET, SHOWN, leaves_at, measured, model, rates, stated
+from tests.plants.tennessee_eastman.eastman import (
+    DESIGN,
+    SHEET,
+    SHOWN,
+    THOUSANDS,
+    eastman,
+    leaves_at,
+    measured,
+    model,
+    rates,
+    stated,
+)
 
 BASE = (
     0.25052, 3664.0, 4509.3, 9.3477, 26.902, 42.339, 2705.0, 75.0, 120.40, 0.33712, 80.109, 50.0, 2633.7, 25.160, 50.0,
@@ -17,6 +29,13 @@ BASE = (
     13.823, 23.978, 1.2565, 18.579, 2.2633, 4.8436, 2.2986, 0.01787, 0.83570, 0.09858, 53.724, 43.828,
 )  # fmt: skip
 """The 41 measurements of the base case (Downs and Vogel 1993, table 4 and 5)."""
+NOISE = {
+    1: 0.0012, 2: 18.0, 3: 22.0, 4: 0.05, 5: 0.2, 6: 0.21, 7: 0.3, 8: 0.5, 9: 0.01, 10: 0.0017, 11: 0.01, 12: 1.0,
+    13: 0.3, 14: 0.125, 15: 1.0, 16: 0.3, 17: 0.115, 18: 0.01, 19: 1.15, 20: 0.2, 21: 0.01, 22: 0.01, 23: 0.25,
+    24: 0.1, 25: 0.25, 26: 0.1, 27: 0.25, 28: 0.025, 29: 0.25, 30: 0.1, 31: 0.25, 32: 0.1, 33: 0.25, 34: 0.025,
+    35: 0.05, 36: 0.05, 37: 0.01, 38: 0.01, 39: 0.01, 40: 0.5, 41: 0.5,
+}  # fmt: skip
+"""Standard deviation of the noise of each measurement (XMEAS) in the published code, in its published unit."""
 T = Term(Leaf.STATE, value="t")
 
 
@@ -31,6 +50,21 @@ def test_a_run_begins_at_the_published_base_case() -> None:
     shown = measured(start())
     off = {v: abs(float(np.ravel(shown[v])[0]) / base - 1.0) for v, base in zip(SHOWN, BASE, strict=True)}
     assert max(off.values()) < 5e-3, off
+
+
+def test_the_grade_is_a_mole_fraction_and_that_of_the_base_case_is_as_much_g_as_h_by_mass() -> None:
+    shown = {v: float(np.ravel(value)[0]) for v, value in measured(start()).items()}
+    g, h = (shown[f"X11{name}"] * substances.MASS["ABCDEFGH".index(name)] for name in "GH")
+    assert g == pytest.approx(h, rel=1e-3) and shown["X11G"] == pytest.approx(GRADE)
+    words = {s.tag.name: s.tag.description for s in eastman().description.signals}
+    assert "mol %" in words["X11G"] and "mol %" in words["X11G.sp"] and words["Gp"].startswith("Mole fraction of G")
+
+
+@pytest.mark.parametrize("number", NOISE)
+def test_an_instrument_is_as_noisy_as_the_published_one(number: int) -> None:
+    name = SHOWN[number - 1]
+    ours = stated()[model().parameters.index(f"sd_{name}")] / (1000.0 if name in THOUSANDS else 1.0)
+    assert ours == pytest.approx(NOISE[number]), f"XMEAS {number}, {name}"
 
 
 def test_the_base_case_is_at_rest() -> None:

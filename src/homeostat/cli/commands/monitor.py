@@ -57,7 +57,8 @@ def _show(course: Course, baselines: int, stated: float) -> None:
     first = f"its first {course.healthy} rows" if course.healthy else ""
     others = f"{baselines} fault-free table{'s' if baselines > 1 else ''}" if baselines else ""
     by = " and ".join(part for part in (first, others) if part)
-    print(printable(f"{table.name}: {judged} rows of {len(table.signals)} signals, judged by {by}"))
+    when = f" at the times of {table.time!r}" if table.time else "" if table.timed else " without times"
+    print(printable(f"{table.name}: {judged} rows of {len(table.signals)} signals{when}, judged by {by}"))
     beyond = (course.judged.scores[course.healthy :] > 1.0).mean(axis=0)
     each = ", ".join(f"{name} {share:.1%}" for name, share in zip(course.names, beyond, strict=True))
     print(f"  {course.share:.1%} of them beyond the limit ({each}); {stated:.3g} is stated for fault-free rows")
@@ -96,8 +97,8 @@ def _as_json(course: Course) -> Mapping[str, object]:
         }
         for a in course.alarms
     ]
-    whole = {"table": table.name, "signals": table.signals, "rows": len(table), "healthy": course.healthy}
-    return {**whole, "beyond": course.share, "alarms": alarms}
+    whole = {"table": table.name, "time": table.time or None, "signals": table.signals, "rows": len(table)}
+    return {**whole, "healthy": course.healthy, "beyond": course.share, "alarms": alarms}
 
 
 def _names(paths: Sequence[Path]) -> list[str]:

@@ -21,8 +21,10 @@ MOST_VALUES: Final = 10_000_000
 """Most values, rows times signals, that are judged at once."""
 SEPARATORS: Final = ",;\t|"
 """What may stand between the values of a CSV file: what occurs most in its first line."""
-TIMES: Final = ("time", "times", "datetime", "timestamp", "date", "t", "time_s", "time [s]", "at", "at_s")
-"""Names of a column of times, in small letters."""
+TIMES: Final = ("time", "times", "datetime", "timestamp", "date", "time_s", "time [s]", "at_s")
+"""Names of a column of times, in letters of whatever size."""
+SHORT_TIMES: Final = ("t", "at")
+"""Names of one in small letters alone: in capitals they are those of a temperature and of an analyser."""
 _HEAD: Final = 65_536
 """Bytes at the begin of a file that say how it is written."""
 
@@ -81,7 +83,9 @@ def _table(name: str, columns: Any, time: str | None, ignored: Sequence[str]) ->
         raise DetectionError(f"{name}: {columns.num_rows} rows are no course of signals; at least 2 are needed")
     if time is not None and time not in names:
         raise DetectionError(f"{name}: there is no column {time!r} for the times; there are {_listed(names)}")
-    timed = time or next((n for n in names if n.lower() in TIMES), None)
+    if time is not None and time in ignored:
+        raise DetectionError(f"{name}: the column {time!r} is both ignored and named for the times; say one of them")
+    timed = time or next((n for n in names if n not in ignored and _is_time(n)), None)
     kept = [n for n in names if n != timed and n not in ignored]
     if not kept:
         raise DetectionError(f"{name}: no column of signals is left; there are {_listed(names)}")
@@ -90,9 +94,9 @@ def _table(name: str, columns: Any, time: str | None, ignored: Sequence[str]) ->
         raise DetectionError(f"{text}; leave signals out with --ignore, or take fewer rows")
     values = np.stack([_numbers(name, n, columns.column(names.index(n))) for n in kept], axis=1)
     if timed is None:
-        return SignalTable(name, tuple(kept), np.arange(len(values), dtype=np.float64), values, timed=False)
+        return SignalTable(name, tuple(kept), np.arange(len(values), dtype=np.float64), values, time=None)
     times, start = _times(name, timed, columns.column(names.index(timed)))
-    return SignalTable(name, tuple(kept), times, values, start)
+    return SignalTable(name, tuple(kept), times, values, start, timed)
 
 
 def _numbers(name: str, signal: str, column: Any) -> Values:
@@ -111,6 +115,10 @@ def _numbers(name: str, signal: str, column: Any) -> Values:
     row, text = _first_text(column)
     remedy = f"leave the column out with --ignore {signal!r}, or name it with --time if it has the times"
     raise DetectionError(f"{name}: {text!r:.60} in row {row + 1} of {signal!r} is no number; {remedy}")
+
+
+def _is_time(column_name: str) -> bool:
+    return column_name in SHORT_TIMES or column_name.lower() in TIMES
 
 
 def _is_number(text: str) -> bool:

@@ -30,12 +30,17 @@ class SignalTable:
     """One column per signal in its unit, NaN where there is no value, shape (rows, signals)."""
     start: str = ""
     """The moment of time 0 in ISO 8601; empty where the times are not of the calendar."""
-    timed: bool = True
-    """Whether the table has times of its own."""
+    time: str | None = ""
+    """Name of the column that had the times; empty where they were in none, None where rows are counted."""
 
     def __len__(self) -> int:
         """Number of rows."""
         return len(self.times)
+
+    @property
+    def timed(self) -> bool:
+        """Whether the table has times of its own."""
+        return self.time is not None
 
     @property
     def step(self) -> float:

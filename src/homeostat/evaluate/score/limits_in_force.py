@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.domain.plant.limits import Limit, Limits
+from homeostat.domain.plant.limits import Criterion, Limit, Limits
 from homeostat.domain.plant.rules import StartUp
 from homeostat.domain.snapshot import Trajectory
 from homeostat.process.types import Vec
@@ -40,7 +40,7 @@ class LimitsInForce:
             found |= (truth.times_s >= first_s) & (truth.times_s <= last_s)
         return found
 
-    def margins(self, limit: Limit, truth: Trajectory, scales: Mapping[str, float] | None = None) -> Vec:
+    def margins(self, limit: Limit | Criterion, truth: Trajectory, scales: Mapping[str, float] | None = None) -> Vec:
         """Margin of ``limit`` at every moment, infinite where it does not hold; in ``scales`` of units where given.
 
         During start-up its own limits take the place of others, and hard ones without such hold as they are.

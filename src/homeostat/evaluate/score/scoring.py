@@ -57,6 +57,15 @@ def inside_at_end(truth: Trajectory, force: LimitsInForce, timing: Timing = REFE
     return not any(force.outside(limit, truth)[judged].any() for limit in force.limits.hard)
 
 
+def missed_at_end(truth: Trajectory, force: LimitsInForce, timing: Timing = REFERENCE) -> tuple[str, ...]:
+    """Soft criteria and envelopes that the plant, of this ``timing``, missed within the time :data:`CALM_S` at the end.
+
+    What cannot be judged there was not missed.
+    """
+    judged = truth.times_s > float(truth.times_s[-1]) - timing.time_s(CALM_S)
+    return tuple(each.name for each in force.limits.priced if (force.margins(each, truth)[judged] < 0.0).any())
+
+
 def production_loss(
     truth: Trajectory, healthy: Trajectory, delivered: Sequence[str], from_s: float, to_s: float | None = None
 ) -> float:

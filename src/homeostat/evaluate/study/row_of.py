@@ -11,7 +11,7 @@ from homeostat.domain.events.recovery import Noticed
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.run import Run, finite
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
-from homeostat.evaluate.score.scoring import inside_at_end
+from homeostat.evaluate.score.scoring import inside_at_end, missed_at_end
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.transcript import TranscriptEntry
 from homeostat.journal.calls import ModelCalled
@@ -122,6 +122,7 @@ def _endured(run: Run) -> dict[str, Any]:
         "exposure_detected_s": None if run.detected_s is None else detected_s,
         "least_margin": margin,
         "least_margin_limit": limit,
+        "missed": "+".join(missed_at_end(run.truth, run.force, run.plant.description.timing)),
     }
 
 

@@ -80,7 +80,7 @@ def controlled(s: Flowsheet) -> Valves:
 
 
 GRADE: Final = 53.724
-"""Mass of G in the product that the feeds are for at the start [%]."""
+"""Mole fraction of G in the product that the feeds are for at the start [mol %]: as much G as H by mass."""
 _STARTS: Final = {
     "V1": 0.6305263039, "V2": 0.5397970677, "V3": 0.2464355755, "V4": 0.6130192144, "V6": 0.4006374673,
     "V7": 0.381003437, "V8": 0.4653415582, "V10": 0.4110581288, "V11": 0.1811349055,

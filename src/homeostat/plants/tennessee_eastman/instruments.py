@@ -31,7 +31,7 @@ def transmitters(s: Flowsheet, shown: Mapping[str, Term]) -> None:
 
 
 def analyser(s: Flowsheet, stream: str, substances: str, shares: Sequence[Term], every_s: float) -> dict[str, Term]:
-    """Mole fractions [%] of ``substances`` in a stream: each is what it was ``every_s`` ago, every ``every_s``.
+    """Mole fractions [mol %] of ``substances`` in a stream: each is what it was ``every_s`` ago, every ``every_s``.
 
     Gives what reaches the instrument of each.
     """
