@@ -36,6 +36,7 @@ from homeostat.service.attached.source import SLACK_S, Onward
 from homeostat.service.attached.standing import Standing
 from homeostat.service.attached.status import StatusBoard
 from homeostat.service.doors.door import Behind, Doors
+from homeostat.service.doors.messages import within_s
 from homeostat.service.historian.line import HistoryLine
 from homeostat.service.historian.observed import Observed
 from homeostat.service.historian.recording import Recording
@@ -182,7 +183,7 @@ class _Guarding:
         self._board = StatusBoard(self._guard, link, lambda: link.source.missed, known)
         self._board.recall(records)
         directory.trace.subscribe(self._board.follow)
-        behind = Behind(put, self._board.told, run_identity(attaching.directory))
+        behind = Behind(put, self._board.told, run_identity(attaching.directory), within_s(source.period_s))
         self._doors = Doors(attaching.directory, behind, attaching.groups, attaching.believed)
         directory.trace.subscribe(self._doors.follow)
         hello = Hello(attaching.key, rules.configuration)
