@@ -26,6 +26,7 @@ from homeostat.journal import Record, RunFinished, Setting, Summary
 from homeostat.journal.beside.files import JOURNAL
 from homeostat.links.opcua.link import OpcuaLink
 from homeostat.links.opcua.mapping import LinkMapping
+from homeostat.links.opcua.reading.samples import NodeSample
 from homeostat.links.opcua.security.security import Security
 from homeostat.plants.wired.guarding import ISSUER
 from homeostat.record.directory import RunDirectory
@@ -212,8 +213,8 @@ class _Guarding:
         self._mirror.look(self._guard.alarms, self._guard.latched is not None, self._guard.mode)
         self._board.show(seen)
         self._thinking.show(seen)
-        if self._recording is not None and seen.sample is not None:
-            self._recording.see(seen.sample, self._link.readings)
+        if self._recording is not None and isinstance(seen.sample, NodeSample):
+            self._recording.see(seen.sample)
 
     def _raise(self, name: str, cause: str) -> None:
         self._guard.mailbox.put(Trouble(name, cause))
