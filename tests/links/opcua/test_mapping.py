@@ -13,6 +13,7 @@ from homeostat.domain.mode import Side
 from homeostat.domain.plant.rules import WriteRule
 from homeostat.domain.recovery import Command
 from homeostat.links.errors import LinkError
+from homeostat.links.opcua.agreement import disagreements
 from homeostat.links.opcua.mapping import TagNodes, mapping_of, read_mapping
 from homeostat.links.opcua.writing.writes import Translation
 from tests.equipment.opcua.tank import RULES, tank_content, tank_mapping
@@ -108,11 +109,19 @@ def test_units_and_types_of_the_node_are_written() -> None:
     [
         ("tags/T9", {"node": "ns=2;s=T9"}, "the plant 'tank' has not"),
         ("tags/T/write", {"node": "ns=2;s=T", "ramp": "plant"}, "which the plant's writables.csv does not"),
+        ("tags/T/unit", "degC", r"'T' is in K and its node in degC, .* state scale and offset in the mapping, or unit"),
     ],
 )
 def test_a_mapping_that_contradicts_the_plant_is_refused(path: str, value: object, told: str) -> None:
     with pytest.raises(LinkError, match=told):
         Translation(mapping_of(changed(path, value), "tank"), RULES)
+
+
+def test_a_unit_that_is_converted_or_the_tags_own_is_no_contradiction() -> None:
+    content = tank_content(4840)
+    for stated in ({"unit": "degC", "offset": 273.15}, {"unit": "mK", "scale": 0.001}, {"unit": "K"}, {}):
+        content["tags"]["T"] = {"node": "ns=2;s=T", **stated}
+        assert disagreements(mapping_of(content, "tank"), RULES) == {}
 
 
 def test_one_side_ramps_and_both_files_say_which() -> None:

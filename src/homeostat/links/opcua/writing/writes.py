@@ -9,6 +9,7 @@ from typing import Final
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import Command
 from homeostat.links.errors import LinkError
+from homeostat.links.opcua.agreement import refuse_disagreement
 from homeostat.links.opcua.mapping import Kind, LinkMapping, TagNodes, Writing
 from homeostat.links.opcua.writing.kinds import cast
 
@@ -58,21 +59,9 @@ class Translation:
     """Knows what may be written, from the plant's configuration, and how, from the mapping."""
 
     def __init__(self, mapping: LinkMapping, rules: GuardRules) -> None:
-        """LinkError where the mapping commands a tag that the plant's tables do not, or another side ramps."""
+        """LinkError where the mapping says something else than the plant's tables."""
+        refuse_disagreement(mapping, rules)
         self._mapping, self._rules = mapping, rules
-        for tag, nodes in mapping.tags.items():
-            if tag not in rules.tags:
-                raise LinkError(f"the mapping has a tag {tag!r} that the plant {rules.plant!r} has not; take it out")
-            if nodes.write is None:
-                continue
-            rule = rules.writables.get(tag)
-            if rule is None:
-                raise LinkError(f"the mapping commands {tag!r}, which the plant's writables.csv does not; take it out")
-            if nodes.write.ramp != rule.ramped_by.value:
-                raise LinkError(
-                    f"{tag!r} is ramped by the {nodes.write.ramp} in the mapping and by the {rule.ramped_by.value} in "
-                    "writables.csv; one of the two must do it, and both files must say which"
-                )
 
     def order(self, commands: tuple[Command, ...]) -> WriteOrder:
         """What is written for all of ``commands``; LinkError, and nothing is written, where one of them may not be."""
