@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -85,12 +86,27 @@ def test_nothing_outside_range_and_rate_is_ever_written(value: float, rate: floa
     try:
         order = translation.order((Command("L.sp", value, rate),))
     except LinkError:
-        assert not 2.0 <= value <= 12.0 or (rate is not None and rate > 2.0)
+        assert not 2.0 <= value <= 12.0 or rate is None or rate > 2.0
         return
     written = {write.node: write.value for write in order.writes}
     assert 2.0 - 1e-6 <= float(written["ns=2;s=L.sp/Target"]) <= 12.0 + 1e-6
-    assert 0.0 <= float(written["ns=2;s=L.sp/Rate"]) <= 2.0 + 1e-6
+    assert 0.0 < float(written["ns=2;s=L.sp/Rate"]) <= 2.0 + 1e-6
     assert list(written) == ["ns=2;s=L.sp/Mode", "ns=2;s=L.sp/Rate", "ns=2;s=L.sp/Target"], "the target comes last"
+
+
+def test_a_step_is_written_only_where_the_tables_allow_one_or_the_guard_ramps() -> None:
+    step, automatic = Command("L.sp", 11.0, None), Command("cool.man", None, None)
+    with pytest.raises(LinkError, match=r"'L.sp' cannot step to 11 L: it needs a rate, and 2 L/s are allowed"):
+        Translation(tank_mapping(4840), RULES).order((step,))
+    assert Translation(tank_mapping(4840), RULES).order((automatic,)).writes
+    free = {**RULES.tags, "L.sp": replace(RULES.tags["L.sp"], rate_limit=None)}
+    order = Translation(tank_mapping(4840), replace(RULES, tags=free)).order((step,))
+    assert [w.value for w in order.writes if w.node == "ns=2;s=L.sp/Rate"] == [0.0]
+    content = tank_content(4840)
+    content["tags"]["L.sp"]["write"] |= {"ramp": "guard"}
+    del content["tags"]["L.sp"]["write"]["rate"]
+    guards = {**RULES.writables, "L.sp": replace(RULES.writables["L.sp"], ramped_by=Side.GUARD)}
+    assert Translation(mapping_of(content, "tank"), replace(RULES, writables=guards)).order((step,)).writes
 
 
 def test_units_and_types_of_the_node_are_written() -> None:

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+from homeostat.domain.mode import Side
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import Command
 from homeostat.links.errors import LinkError
@@ -103,6 +104,11 @@ class Translation:
                 f"{tag.range.high:g} {tag.unit}"
             )
         fastest = max(rule.fastest or 0.0, tag.rate_limit or 0.0) or math.inf
+        if rate is None and rule.ramped_by is Side.PLANT and tag.rate_limit is not None:  # else each step is one
+            raise LinkError(
+                f"{command.tag!r} cannot step to {value:g} {tag.unit}: it needs a rate, and {fastest:g} "
+                f"{tag.unit}/s are allowed"
+            )
         if rate is not None and not 0.0 < rate <= fastest * (1.0 + SLACK):
             raise LinkError(
                 f"{command.tag!r} cannot move at {rate:g} {tag.unit}/s: {fastest:g} {tag.unit}/s are allowed"
