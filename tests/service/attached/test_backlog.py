@@ -68,7 +68,15 @@ def test_what_waits_is_given_out_in_its_order_and_taken_up_to_a_number(samples: 
 
 def test_a_gap_is_an_alarm_that_says_how_large_it_is(tmp_path: Path) -> None:
     told = list[Message]()
-    line = HistoryLine(tmp_path / HISTORY, told.append)
+    room = iter([False])
+
+    def put(message: Message) -> bool:
+        if next(room, True):
+            told.append(message)
+            return True
+        return False
+
+    line = HistoryLine(tmp_path / HISTORY, put)
     line.keep(event(1))
     for number in range(MOST + 7):
         line.keep(sample(number))

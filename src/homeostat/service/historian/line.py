@@ -66,18 +66,19 @@ class HistoryLine:
     def _lose(self) -> None:
         """Raise the alarm of a gap; how large it is can be said once everything else is kept."""
         if not self._loses:
-            self._loses = True
-            self._put(
-                Trouble(LOST, f"the history has a gap: {MOST} samples wait for the historian, older ones are lost")
-            )
+            text = f"the history has a gap: {MOST} samples wait for the historian, older ones are lost"
+            self._loses = self._is_taken(Trouble(LOST, text))
 
     def _count(self) -> None:
         """The historian has caught up: say how much it has never seen, for a person to acknowledge."""
         if self._loses and not self._waiting:
-            self._loses = False
-            self._put(Settled(LOST))
-            self._put(Trouble(LOST, f"the history has a gap: {self._waiting.lost} since the guard began were lost"))
-            self._put(Settled(LOST))
+            text = f"the history has a gap: {self._waiting.lost} since the guard began were lost"
+            said = (Settled(LOST), Trouble(LOST, text), Settled(LOST))
+            self._loses = not all(self._is_taken(message) for message in said)
+
+    def _is_taken(self, message: Message) -> bool:
+        """Whether the guard has taken ``message``; what it had no room for is said again at the next occasion."""
+        return self._put(message) is not False
 
     def close(self, within_s: float) -> None:
         """Wait at most ``within_s`` [s] until everything is kept; nothing is taken any more."""
@@ -129,9 +130,8 @@ class HistoryLine:
 
     def _tell(self, trouble: str) -> None:
         """Raise the alarm, or have it return, where that is news."""
-        if trouble != self._told:
+        if trouble != self._told and self._is_taken(Trouble(ALARM, trouble) if trouble else Settled(ALARM)):
             self._told = trouble
-            self._put(Trouble(ALARM, trouble) if trouble else Settled(ALARM))
 
     def _send_on(self) -> None:
         while not self._over:
