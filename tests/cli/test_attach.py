@@ -27,6 +27,7 @@ def mapping(tmp_path: Path) -> Path:
     path = tmp_path / "cstr.toml"
     path.write_text(MAPPING)
     (tmp_path / "wrong.toml").write_text(MAPPING.replace("tags.T1", "tags.NOSUCH"))
+    (tmp_path / "degrees.toml").write_text(MAPPING + 'unit = "degC"\n')
     return path
 
 
@@ -49,6 +50,15 @@ def test_what_cannot_be_attached_is_said_in_one_line(
 ) -> None:
     refused(homeostat("attach", *arguments, cwd=mapping.parent), *words)
     assert not (mapping.parent / "d").exists()
+
+
+def test_a_node_in_another_unit_that_nothing_converts_is_neither_attached_nor_signed(mapping: Path) -> None:
+    folder, told = mapping.parent, ("'T1' is in K and its node in degC", "state scale and offset")
+    refused(homeostat("attach", "cstr", "--link", "degrees.toml", "--dir", "d", "--insecure", cwd=folder), *told)
+    assert homeostat("plant", "keygen", "mine", cwd=folder).status == 0
+    words = "--key", "mine", "--person", "Ada", "--reason", "review 7", "--out", "cstr.sig"
+    refused(homeostat("plant", "sign", "cstr", *words, "--link", "degrees.toml", cwd=folder), *told)
+    assert not (folder / "d").exists() and not (folder / "cstr.sig").exists()
 
 
 def test_a_mapping_that_gives_up_before_the_next_tick_of_its_plant_is_refused(mapping: Path) -> None:

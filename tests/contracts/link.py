@@ -180,7 +180,7 @@ class LinkContract:
         wire = link.take()
         start = read(link)[0].values[handles.setpoint]
         goal = start + handles.move
-        wire.send((Command(handles.manual, 0.4, None), Command(handles.setpoint, goal, None)))
+        wire.send((Command(handles.manual, 0.4, None), Command(handles.setpoint, goal, handles.rate)))
         for _ in range(20):
             link.beat()
             assert read(link)[0].accepted[handles.manual] == 0.4

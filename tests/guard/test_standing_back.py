@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import pytest
 
+from homeostat.domain.alarm import Priority
 from homeostat.domain.events.people import AlarmRaised, ModeEntered
-from homeostat.domain.events.trips import Latched
+from homeostat.domain.events.trips import FallbackActivated, Latched
+from homeostat.domain.events.writes import LeaseLost, WriteIntended
 from homeostat.domain.mode import Mode, Verb
-from homeostat.domain.observation import StandBack
+from homeostat.domain.observation import StandBack, Trouble
+from homeostat.guard.mailbox import MOST, Mailbox
+from tests.guard.test_lapse import lapsing
 from tests.guard.test_people import latched, tell
 from tests.guard.vessel import World, running
 
@@ -58,3 +62,54 @@ def test_any_reason_is_taken(reason: str) -> None:
     world.guard.mailbox.put(StandBack(reason))
     world.tick(1)
     assert world.guard.mode is Mode.OBSERVE and len(world.journal.of(ModeEntered)[-1].reason) < 1000
+
+
+@pytest.mark.parametrize("tells", [True, False])
+def test_nothing_is_taken_or_written_in_the_tick_of_a_new_connection(tells: bool) -> None:
+    world, vessel = lapsing(tells)
+    world.ask(name="r2")
+    world.tick()  # its write is on the wire when the connection is lost and made again between two ticks
+    intended = len(world.journal.of(WriteIntended))
+    assert world.sent
+    vessel.wire.clear()
+    vessel.shed()
+    leases, heard = vessel.leases, len(vessel.beats)
+    world.guard.mailbox.put(StandBack("the connection was lost and made again"))
+    world.tick(1, L=14.0)
+    assert world.guard.mode is Mode.OBSERVE
+    assert (vessel.leases, vessel.wire, len(vessel.beats)) == (leases, [], heard)
+    world.tick(30)
+    assert (vessel.leases, vessel.wire) == (leases, [])
+    assert not world.journal.of(Latched) and not world.journal.of(FallbackActivated)
+    assert len(world.journal.of(WriteIntended)) == intended and len(world.journal.of(LeaseLost)) <= 1
+
+
+def test_a_limit_that_trips_in_the_tick_of_a_new_connection_calls_a_person() -> None:
+    told, other = running(), running()
+    while not other.journal.of(Latched):
+        other.tick(1, L=12.6)
+        if not other.journal.of(Latched):
+            told.tick(1, L=12.6)
+    told.guard.mailbox.put(StandBack("the connection was lost and made again"))
+    told.tick(20, L=12.6)
+    assert other.sent and told.sent == [] and not told.journal.of(Latched)
+    assert [a for a in told.guard.alarms if a.priority is Priority.CRITICAL], "somebody must act"
+
+
+def test_a_mailbox_that_others_have_filled_takes_a_loss_all_the_same() -> None:
+    world = running()
+    while world.guard.mailbox.put(Trouble("recovery", "too much is said")):
+        pass
+    assert world.guard.mailbox.put(StandBack("the connection was lost"))
+    world.tick()
+    assert world.guard.mode is Mode.OBSERVE
+    assert world.journal.of(ModeEntered)[-1].reason == "the connection was lost"
+
+
+def test_a_loss_waits_apart_from_what_else_is_said_and_counts_once() -> None:
+    mailbox = Mailbox()
+    assert mailbox.stand_back() is None
+    for _ in range(2 * MOST):
+        assert mailbox.put(StandBack("first"))
+    assert mailbox.put(StandBack("last")) and mailbox.take() == ()
+    assert mailbox.stand_back() == StandBack("last") and mailbox.stand_back() is None

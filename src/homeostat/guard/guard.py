@@ -15,7 +15,6 @@ from homeostat.domain.observation import (
     NoAction,
     Observation,
     Settled,
-    StandBack,
     Trouble,
     Withdraw,
 )
@@ -113,7 +112,7 @@ class Guard:
     def tick(self, now_s: float, sample: Snapshot | None) -> Observation:
         """Decide at process time ``now_s`` [s] with ``sample``, or with its absence; never raises, never waits long."""
         self._advance(now_s)
-        first = (self._begin, self._look, self._hold, self._resume, self._follow, self._trip)
+        first = (self._begin, self._stand_back, self._look, self._hold, self._resume, self._follow, self._trip)
         stages = (*first, self._write_on, self._hear, self._decide, self._end)
         for stage in stages if not self._stopped else ():
             name = stage.__name__.strip("_")
@@ -175,6 +174,12 @@ class Guard:
         parts.note(ModeEntered(self.mode.value, ""), self._now_s)
         if not self.mode.writes:
             self._steps.withdraw(f"the guard stands in {self.mode.value!r} after a restart", self._now_s)
+
+    def _stand_back(self, sample: Snapshot | None) -> None:
+        """What writing needs was lost: that brings the mode down before anything of this tick can be written."""
+        lost = self.mailbox.stand_back()
+        if lost is not None:
+            self._persons.stand_back(lost.reason, self._now_s)
 
     def _look(self, sample: Snapshot | None) -> None:
         """What the plant says, and how far it can be trusted."""
@@ -277,7 +282,6 @@ class Guard:
             FallBack: lambda m: self._wish(m.reason),
             Trouble: lambda m: self._troubles.begin(m, self._now_s),
             Settled: lambda m: self._troubles.end(m, self._now_s),
-            StandBack: lambda m: self._persons.stand_back(m.reason, self._now_s),
             PersonCommand: lambda m: self._persons.hear(m, self._present()),
         }
 

@@ -4,7 +4,7 @@ import threading
 from collections import deque
 
 from homeostat.domain.mode import PersonCommand
-from homeostat.domain.observation import Message
+from homeostat.domain.observation import Message, StandBack
 
 MOST = 1000
 """Most messages that wait; what comes when it is full is turned away."""
@@ -18,11 +18,18 @@ class Mailbox:
     def __init__(self, most: int = MOST) -> None:
         """``most``: messages that may wait, people's orders apart."""
         self._waiting: deque[Message] = deque()
+        self._lost: StandBack | None = None
         self._most = most
         self._lock = threading.Lock()
 
     def put(self, message: Message) -> bool:
-        """Leave ``message``; False where the mailbox is full, and nothing was taken."""
+        """Leave ``message``; False where the mailbox is full, and nothing was taken.
+
+        A :class:`StandBack` has a place of its own, which nobody else fills; of several that wait the last one counts.
+        """
+        if isinstance(message, StandBack):
+            self._lost = message
+            return True
         most = self._most + (ORDERS if isinstance(message, PersonCommand) else 0)
         with self._lock:
             if len(self._waiting) >= most:
@@ -30,8 +37,13 @@ class Mailbox:
             self._waiting.append(message)
             return True
 
+    def stand_back(self) -> StandBack | None:
+        """Why the guard must observe, where that was said since the last call."""
+        lost, self._lost = self._lost, None
+        return lost
+
     def take(self) -> tuple[Message, ...]:
-        """Everything that waits, the oldest first."""
+        """Everything else that waits, the oldest first."""
         with self._lock:
             taken = tuple(self._waiting)
             self._waiting.clear()

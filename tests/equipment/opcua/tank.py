@@ -18,7 +18,7 @@ TAGS = {
     "L": Tag("L", Role.PV, "L", Range(0.0, 14.0), 0.2),
     "T": Tag("T", Role.PV, "K", Range(250.0, 400.0), 1.0),
     "L.sp": Tag("L.sp", Role.SP, "L", Range(2.0, 12.0), 0.2, rate_limit=2.0),
-    "cool.man": Tag("cool.man", Role.MV, "1", Range(0.0, 1.0), 0.05, rate_limit=1.0),
+    "cool.man": Tag("cool.man", Role.MV, "1", Range(0.0, 1.0), 0.05),
 }
 WRITABLES = {
     "L.sp": WriteRule("L.sp", 0.05, 3.0),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import pickle
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -18,8 +19,10 @@ from homeostat.links.opcua.connection.board import Board, NodeReading
 from homeostat.links.opcua.connection.keeper import Keeper
 from homeostat.links.opcua.mapping import LinkMapping, mapping_of
 from homeostat.links.opcua.reading.process_time import ProcessTime
-from homeostat.links.opcua.reading.samples import Samples
+from homeostat.links.opcua.reading.samples import NodeSample, Samples
 from homeostat.links.opcua.reading.source import OpcuaSource
+from homeostat.service.attached.source import Onward
+from homeostat.service.historian.observed import Observed
 from tests.equipment.opcua.tank import RULES
 
 COUNTER, TIME, LEVEL = "ns=2;s=Counter", "ns=2;s=Time", "ns=2;s=L"
@@ -94,6 +97,28 @@ def test_what_the_counter_has_skipped_is_missed() -> None:
         board.put({COUNTER: said(count), TIME: said(float(count)), LEVEL: said(float(count))})
     found = [source.advance(), source.advance()]
     assert [seen and seen.values["L"] for seen in found] == [2.0, 9.0] and source.missed == 6
+
+
+def test_samples_that_came_together_are_kept_with_their_own_times_and_status() -> None:
+    board, of = Board(COUNTER), mapping({"counter": COUNTER, "time": TIME})
+    source, observed = Onward(reader(board, of), 100.0, 1.0), Observed(of)
+    begin, bad = datetime(2026, 11, 25, 13, tzinfo=UTC), 0x80310000
+    board.put({COUNTER: said(0), TIME: said(0.0), LEVEL: said(0.0)})
+    for count in range(1, 6):  # one publish of a plant that goes faster than its server publishes
+        at = begin + timedelta(seconds=count)
+        level = said(float(count), at, bad if count == 3 else 0)
+        board.put({COUNTER: said(count, at), TIME: said(float(count), at), LEVEL: level})
+    found = []
+    for _ in range(5):
+        sample = source.advance()
+        assert isinstance(sample, NodeSample)
+        assert type(pickle.loads(pickle.dumps(sample))) is Snapshot, "who thinks is told of the plant alone"
+        found.append(observed.batch(sample))
+    level_row = found[0].tags.index("L")
+    assert [each.value[level_row] for each in found] == [1.0, 2.0, 3.0, 4.0, 5.0]
+    assert [each.quality[level_row] for each in found] == [0, 0, bad, 0, 0]
+    first_us = round(begin.timestamp() * 1e6)
+    assert [each.time_us[level_row] - first_us for each in found] == [count * 1_000_000 for count in range(1, 6)]
 
 
 def test_what_waits_is_read_one_by_one_and_a_counter_that_began_again_has_missed_nothing() -> None:

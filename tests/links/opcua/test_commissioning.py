@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from homeostat.links.errors import LinkError
-from homeostat.links.opcua.commissioning.browse import connected, variables
+from homeostat.links.opcua.commissioning.browse import ServerNode, connected, variables
 from homeostat.links.opcua.commissioning.check import Checked, check
 from homeostat.links.opcua.commissioning.draft import Draft, draft
 from homeostat.links.opcua.mapping import mapping_of
@@ -54,6 +55,14 @@ def test_a_draft_of_a_served_plant_is_its_mapping_and_the_check_finds_nothing(se
     assert all(not line.problems for line in checked(served, content).values())
 
 
+def test_a_draft_says_where_a_conversion_is_needed() -> None:
+    node = ServerNode("ns=2;s=T", "T", "Double", "", False, unit="degC")
+    text = draft("opc.tcp://127.0.0.1:1/", [node], RULES).text
+    assert 'unit = "degC"\n# STATE scale AND offset: the tag is in K' in text
+    assert "STATE scale" not in draft("opc.tcp://127.0.0.1:1/", [replace(node, unit="K")], RULES).text
+    assert "STATE scale" not in draft("opc.tcp://127.0.0.1:1/", [node], None).text
+
+
 @pytest.mark.slow
 def test_namespaces_are_compared_by_what_they_are_and_not_by_their_numbers(served: Served) -> None:
     (uri,) = tomllib.loads(drafted(served).text)["connection"]["namespaces"].values()
@@ -85,6 +94,7 @@ def test_a_draft_without_a_plant_has_every_number(served: Served) -> None:
         ("L", "node", "ns=2;s=nothing", "L", "BadNodeIdUnknown"),
         ("L", "node", "ns=2;s=Guard/Alarm", "L", "holds String, not a number"),
         ("L", "unit", "mm", "L", "is in L, and the mapping says mm"),
+        ("T", "unit", "degC", "T", "'T' is in K and its node in degC, and nothing converts one into the other"),
         ("T", "offset", 273.15, "T", "its range at the server is 523.15 to 673.15 K"),
         ("L.sp/write", "kind", "Float", "L.sp", "holds Double, and the mapping says Float"),
         ("L.sp/write", "node", "ns=2;s=T", "L.sp", "cannot be written by us"),

@@ -50,20 +50,20 @@ def stalled(served: Served, link: OpcuaLink, seconds: float) -> None:
 def test_a_server_that_is_killed_is_found_again_when_it_returns(pkis: tuple[Pki, Pki]) -> None:
     with Served(pkis) as served, served.link() as link:
         wire = link.take()
-        assert settled(wire.send((Command("L.sp", 11.0, None),))) == ""
+        assert settled(wire.send((Command("L.sp", 11.0, 2.0),))) == ""
         before_s, connections = sample(link).at_s, link.connections
         served.kill()
         assert lost(link, connections) < 0.8, "no tick waits longer than the guard's does"
         with pytest.raises(LinkError):
-            wire.send((Command("L.sp", 9.0, None),))
+            wire.send((Command("L.sp", 9.0, 2.0),))
         with pytest.raises(LinkError):
             link.beat()
         served.start()
         assert wait_up(link) < served.back_s
         assert sample(link).at_s > before_s, "time does not run back although the plant's clock began again"
         assert wire.void and served.wire == [], "what was ordered in between is not sent now"
-        assert settled(link.take().send((Command("L.sp", 9.0, None),))) == ""
-        assert served.wire == [[["L.sp", 9.0, None]]]
+        assert settled(link.take().send((Command("L.sp", 9.0, 2.0),))) == ""
+        assert served.wire == [[["L.sp", 9.0, 2.0]]]
 
 
 @pytest.mark.slow
@@ -86,7 +86,7 @@ def test_a_write_that_meets_a_standing_server_is_answered_and_not_repeated(serve
     with served.link() as link:
         wire, before = link.take(), len(served.wire)
         served.freeze(True)
-        ticket = wire.send((Command("L.sp", 8.0, None),))
+        ticket = wire.send((Command("L.sp", 8.0, 2.0),))
         error = settled(ticket, 6.0)
         assert "not" in error and "known" in error
         served.freeze(False)

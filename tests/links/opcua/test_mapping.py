@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from homeostat.domain.mode import Side
 from homeostat.domain.plant.rules import WriteRule
 from homeostat.domain.recovery import Command
 from homeostat.links.errors import LinkError
+from homeostat.links.opcua.agreement import disagreements
 from homeostat.links.opcua.mapping import TagNodes, mapping_of, read_mapping
 from homeostat.links.opcua.writing.writes import Translation
 from tests.equipment.opcua.tank import RULES, tank_content, tank_mapping
@@ -84,12 +86,27 @@ def test_nothing_outside_range_and_rate_is_ever_written(value: float, rate: floa
     try:
         order = translation.order((Command("L.sp", value, rate),))
     except LinkError:
-        assert not 2.0 <= value <= 12.0 or (rate is not None and rate > 2.0)
+        assert not 2.0 <= value <= 12.0 or rate is None or rate > 2.0
         return
     written = {write.node: write.value for write in order.writes}
     assert 2.0 - 1e-6 <= float(written["ns=2;s=L.sp/Target"]) <= 12.0 + 1e-6
-    assert 0.0 <= float(written["ns=2;s=L.sp/Rate"]) <= 2.0 + 1e-6
+    assert 0.0 < float(written["ns=2;s=L.sp/Rate"]) <= 2.0 + 1e-6
     assert list(written) == ["ns=2;s=L.sp/Mode", "ns=2;s=L.sp/Rate", "ns=2;s=L.sp/Target"], "the target comes last"
+
+
+def test_a_step_is_written_only_where_the_tables_allow_one_or_the_guard_ramps() -> None:
+    step, automatic = Command("L.sp", 11.0, None), Command("cool.man", None, None)
+    with pytest.raises(LinkError, match=r"'L.sp' cannot step to 11 L: it needs a rate, and 2 L/s are allowed"):
+        Translation(tank_mapping(4840), RULES).order((step,))
+    assert Translation(tank_mapping(4840), RULES).order((automatic,)).writes
+    free = {**RULES.tags, "L.sp": replace(RULES.tags["L.sp"], rate_limit=None)}
+    order = Translation(tank_mapping(4840), replace(RULES, tags=free)).order((step,))
+    assert [w.value for w in order.writes if w.node == "ns=2;s=L.sp/Rate"] == [0.0]
+    content = tank_content(4840)
+    content["tags"]["L.sp"]["write"] |= {"ramp": "guard"}
+    del content["tags"]["L.sp"]["write"]["rate"]
+    guards = {**RULES.writables, "L.sp": replace(RULES.writables["L.sp"], ramped_by=Side.GUARD)}
+    assert Translation(mapping_of(content, "tank"), replace(RULES, writables=guards)).order((step,)).writes
 
 
 def test_units_and_types_of_the_node_are_written() -> None:
@@ -108,11 +125,19 @@ def test_units_and_types_of_the_node_are_written() -> None:
     [
         ("tags/T9", {"node": "ns=2;s=T9"}, "the plant 'tank' has not"),
         ("tags/T/write", {"node": "ns=2;s=T", "ramp": "plant"}, "which the plant's writables.csv does not"),
+        ("tags/T/unit", "degC", r"'T' is in K and its node in degC, .* state scale and offset in the mapping, or unit"),
     ],
 )
 def test_a_mapping_that_contradicts_the_plant_is_refused(path: str, value: object, told: str) -> None:
     with pytest.raises(LinkError, match=told):
         Translation(mapping_of(changed(path, value), "tank"), RULES)
+
+
+def test_a_unit_that_is_converted_or_the_tags_own_is_no_contradiction() -> None:
+    content = tank_content(4840)
+    for stated in ({"unit": "degC", "offset": 273.15}, {"unit": "mK", "scale": 0.001}, {"unit": "K"}, {}):
+        content["tags"]["T"] = {"node": "ns=2;s=T", **stated}
+        assert disagreements(mapping_of(content, "tank"), RULES) == {}
 
 
 def test_one_side_ramps_and_both_files_say_which() -> None:

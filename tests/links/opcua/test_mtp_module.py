@@ -62,11 +62,11 @@ def test_a_setpoint_works_once_it_was_requested_shown_and_applied(module: Server
     with OpcuaLink(two_steps(module.url), RULES, Security(pkis[1])) as link:
         link.wait(60.0)
         wire = link.take()
-        assert settled(wire.send((Command("L.sp", 11.0, None),))) == ""
+        assert settled(wire.send((Command("L.sp", 11.0, 2.0),))) == ""
         assert sample(link, lambda s: s.accepted["L.sp"] == pytest.approx(11.0)).values["L"] < 14.0
         assert sample(link, lambda s: abs(s.values["L"] - 11.0) < 0.1), "the module works with it"
         with pytest.raises(LinkError, match="range is 2 to 12 L"):
-            wire.send((Command("L.sp", 12.5, None),))
+            wire.send((Command("L.sp", 12.5, 2.0),))
 
 
 def test_what_the_module_does_not_show_as_requested_is_not_applied(
@@ -75,8 +75,8 @@ def test_what_the_module_does_not_show_as_requested_is_not_applied(
     with OpcuaLink(two_steps(module.url), RULES, Security(pkis[1])) as link:
         link.wait(60.0)
         wire = link.take()
-        assert settled(wire.send((Command("L.sp", 10.0, None),))) == ""
-        assert "its node holds 10.0" in settled(wire.send((Command("L.sp", 11.8, None),)))
+        assert settled(wire.send((Command("L.sp", 10.0, 2.0),))) == ""
+        assert "its node holds 10.0" in settled(wire.send((Command("L.sp", 11.8, 2.0),)))
         assert sample(link).accepted["L.sp"] == pytest.approx(10.0)
 
 
@@ -85,6 +85,6 @@ def test_a_request_alone_moves_nothing(module: ServerProcess, pkis: tuple[Pki, P
     with OpcuaLink(mapping(module.url), RULES, Security(pkis[1])) as link:
         link.wait(60.0)
         before = sample(link)
-        assert settled(link.take().send((Command("L.sp", 5.0, None),))) == ""
+        assert settled(link.take().send((Command("L.sp", 5.0, 2.0),))) == ""
         after = sample(link, lambda s: s.at_s > before.at_s + TAKEN_S)
         assert after.accepted["L.sp"] == before.accepted["L.sp"] != 5.0

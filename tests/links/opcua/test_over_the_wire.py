@@ -83,7 +83,7 @@ def test_a_write_is_one_call_with_rate_and_mode_and_is_read_back(served: Served)
 @pytest.mark.parametrize(
     ("command", "why"),
     [
-        (Command("L.sp", 12.5, None), "range is 2 to 12 L"),
+        (Command("L.sp", 12.5, 2.0), "range is 2 to 12 L"),
         (Command("L.sp", 11.0, 3.0), "2 L/s are allowed"),
         (Command("L.sp", None, None), "no automatic mode"),
         (Command("T", 300.0, None), "cannot be commanded"),
@@ -111,7 +111,7 @@ def test_a_refused_or_clamped_write_is_told(served: Served, order: str, why: str
     with served.link() as link:
         wire = link.take()
         served.ask(order)
-        assert why in settled(wire.send((Command("L.sp", 11.0, None),)))
+        assert why in settled(wire.send((Command("L.sp", 11.0, 2.0),)))
         link.give_back()
 
 
@@ -120,7 +120,7 @@ def test_a_write_that_is_ignored_is_seen_in_what_the_plant_works_with(served: Se
         wire, before = link.take(), sample(link).accepted["L.sp"]
         served.ask("ignore L.sp")
         wanted = 5.0
-        assert settled(wire.send((Command("L.sp", wanted, None),))) == ""
+        assert settled(wire.send((Command("L.sp", wanted, 2.0),))) == ""
         assert before != wanted and sample(link, lambda s: s.at_s > 0).accepted["L.sp"] == before
         link.give_back()
 
@@ -292,13 +292,13 @@ def test_connections_that_are_cut_again_and_again_do_not_repeat_a_write(served: 
     with served.link() as link:
         wire, before = link.take(), len(served.wire)
         served.ask("silence")
-        ticket = wire.send((Command("L.sp", 8.0, None),))
+        ticket = wire.send((Command("L.sp", 8.0, 2.0),))
         served.ask("drop 0.4")
         assert settled(ticket) != ""
         time.sleep(3.0)
         served.ask("behave")
         assert wait_up(link) < served.back_s and wire.void
-        assert served.wire[before:] == [[["L.sp", 8.0, None]]]
+        assert served.wire[before:] == [[["L.sp", 8.0, 2.0]]]
 
 
 def test_nobody_lets_the_plants_recipe_go_on_who_does_not_hold_the_lease(served: Served) -> None:

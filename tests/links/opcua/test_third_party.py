@@ -113,10 +113,10 @@ def test_it_is_written_within_our_range_and_read_back(third_party: ThirdParty) -
     with OpcuaLink(third_party.mapping, RULES, Security(third_party.pki, login=LOGIN)) as link:
         wait_up(link)
         wire = link.take()
-        assert settled(wire.send((Command("L.sp", 11.0, None),))) == ""
+        assert settled(wire.send((Command("L.sp", 11.0, 2.0),))) == ""
         assert sample(link, lambda s: s.accepted["L.sp"] == 11.0)
         with pytest.raises(LinkError, match="range is 2 to 12 L"):
-            wire.send((Command("L.sp", 500.0, None),))
+            wire.send((Command("L.sp", 500.0, 2.0),))
 
 
 @pytest.mark.slow
@@ -131,7 +131,7 @@ def test_a_node_that_is_read_only_is_refused(third_party: ThirdParty) -> None:
     content["tags"]["L.sp"]["write"]["node"] = f"{third_party.prefix}L"
     with OpcuaLink(mapping_of(content, "third party"), RULES, Security(third_party.pki, login=LOGIN)) as link:
         wait_up(link)
-        assert "Bad" in settled(link.take().send((Command("L.sp", 11.0, None),)))
+        assert "Bad" in settled(link.take().send((Command("L.sp", 11.0, 2.0),)))
 
 
 def test_its_client_reads_and_writes_a_served_plant(served: Served, pkis: tuple[Pki, Pki], tmp_path: Path) -> None:

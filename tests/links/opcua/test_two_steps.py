@@ -19,7 +19,7 @@ def test_a_target_counts_once_it_was_requested_read_back_and_applied(pkis: tuple
         assert seen.accepted["L.sp"] == 11.0
         served.ask("clamp L.sp 2 10")
         before = served.wire
-        assert "its node holds 10.0" in settled(wire.send((Command("L.sp", 11.5, None),)))
+        assert "its node holds 10.0" in settled(wire.send((Command("L.sp", 11.5, 2.0),)))
         assert served.wire == before, "what was requested otherwise is not applied"
         assert settled(wire.send((Command("cool.man", None, None),))) == ""
         assert sample(link, lambda s: s.accepted["cool.man"] is None)
@@ -28,5 +28,5 @@ def test_a_target_counts_once_it_was_requested_read_back_and_applied(pkis: tuple
 def test_without_the_second_step_nothing_happens(pkis: tuple[Pki, Pki]) -> None:
     with Served(pkis, two_step=True) as served, served.link() as link:
         wire, before = link.take(), sample(link).accepted["L.sp"]
-        assert settled(wire.send((Command("L.sp", 11.0, None),))) == ""
+        assert settled(wire.send((Command("L.sp", 11.0, 2.0),))) == ""
         assert sample(link).accepted["L.sp"] == before and served.wire == []

@@ -80,7 +80,7 @@ def test_every_write_has_the_type_of_its_node(foreign: ServerProcess, pkis: tupl
         assert found == [pytest.approx(11.3), 0.5, 2, 40, 2, 1, 300 % 256]
         assert held(foreign, pkis[1], "Alarm")[0].Text == "a person is needed"
         assert "holds whole numbers" in settled(
-            wire.send((Command("L.sp", 9.0, None), Command("cool.man", 0.405, None)))
+            wire.send((Command("L.sp", 9.0, 2.0), Command("cool.man", 0.405, None)))
         )
         assert held(foreign, pkis[1], "L.target") == [pytest.approx(11.3)], "where one cannot be held, none is written"
         link.give_back()
@@ -142,6 +142,6 @@ def test_a_link_says_what_no_node_of_a_mode_can_hold(foreign: ServerProcess, pki
         link.wait(30.0)
         wire = link.take()
         before = held(foreign, pkis[1], "L.target")
-        assert "from 0 to 65535" in settled(wire.send((Command("L.sp", 5.0, None),)))
+        assert "from 0 to 65535" in settled(wire.send((Command("L.sp", 5.0, 2.0),)))
         assert held(foreign, pkis[1], "L.target") == before
         link.give_back()

@@ -26,25 +26,28 @@ from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.journal import Journal, RunStarted
 from homeostat.service.answers import Heard
 from homeostat.service.attached.place import DOORS
-from homeostat.service.doors import asking, door
+from homeostat.service.doors import asking, door, messages
 from homeostat.service.doors.door import MOST, Behind, Doors
+from homeostat.service.doors.messages import within_s
 from homeostat.service.order import OrderError, run_identity, written
 
 
 class Hearing:
     """What stands behind the doors: it answers at once, as a guard would in its next tick."""
 
-    def __init__(self, directory: Path) -> None:
+    def __init__(self, directory: Path, tick_s: float = 0.0) -> None:
         self.orders: list[PersonCommand] = []
-        self.full = False
-        self.doors = Doors(directory, Behind(self.order, lambda: {"plant": "tank"}, run_identity(directory)), {})
+        self.full, self._tick_s = False, tick_s
+        behind = Behind(self.order, lambda: {"plant": "tank"}, run_identity(directory), within_s(tick_s))
+        self.doors = Doors(directory, behind, {})
 
     def order(self, command: PersonCommand) -> bool:
         if self.full:
             return False
         self.orders.append(command)
         told = (command.id, command.person, command.role, command.verb.value, command.subject)
-        threading.Thread(target=self.doors.follow, args=(PersonHeard(*told, True, "as you say"), 1.0)).start()
+        heard = PersonHeard(*told, True, "as you say"), 1.0
+        threading.Timer(self._tick_s, self.doors.follow, heard).start()
         return True
 
 
@@ -82,6 +85,29 @@ def test_an_order_is_answered_and_bears_the_login_that_gave_it(behind: Hearing, 
     assert given.person.startswith("Ada (login ") and given.role is Role.OPERATOR and given.age_s < 30.0
     assert f"(login {given.login})" in given.person, "it counts as the login, whatever name is typed"
     assert asking.status(directory) == {"plant": "tank"}
+
+
+def test_an_order_to_a_plant_whose_ticks_are_far_apart_is_waited_for(
+    directory: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in (asking, messages):
+        monkeypatch.setattr(module, "ANSWER_S", 0.1)
+    monkeypatch.setattr(asking, "LATE_S", 0.2)
+    slow = Hearing(directory, tick_s=1.0)
+    assert asking.order(directory, command()) == Heard(True, "as you say")
+    slow.doors.close()
+    assert len(slow.orders) == 1
+
+
+def test_a_guard_that_does_not_answer_in_its_ticks_is_told(directory: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(messages, "ANSWER_S", 0.1)
+    deaf = Behind(lambda given: True, dict, run_identity(directory), within_s(0.05))
+    doors = Doors(directory, deaf, {})
+    with pytest.raises(OrderError, match=r"has the order, and has not answered within 0\.2 s"):
+        asking.order(directory, command())
+    doors.close()
+    monkeypatch.undo()
+    assert (within_s(1.0), within_s(60.0)) == (12.0, 130.0)
 
 
 def test_only_a_login_that_is_believed_names_people(directory: Path) -> None:

@@ -20,12 +20,12 @@ import pytest
 pytest.importorskip("asyncua", reason="the extra 'opcua' is not installed")
 
 from homeostat.domain.observation import Message, Settled, Trouble
-from homeostat.domain.snapshot import Snapshot
 from homeostat.history.embedded.reading import EmbeddedHistory
 from homeostat.history.quality import BAD
 from homeostat.history.samples import ALWAYS, NO_TIME, Batch
 from homeostat.history.store import Occurrence
 from homeostat.links.opcua.connection.board import NodeReading
+from homeostat.links.opcua.reading.samples import NodeSample
 from homeostat.service.attached.place import HISTORY
 from homeostat.service.historian import line as lines
 from homeostat.service.historian.line import HistoryLine
@@ -99,7 +99,7 @@ def test_a_historian_that_is_killed_loses_nothing_and_keeps_nothing_twice(histor
         historian.start()
     until(lambda: not historian.line._waiting, "everything is kept", 30.0)
     historian.end()
-    assert kept(folder) == [float(n) for n in range(next(numbers))] and historian.line.lost == 0
+    assert kept(folder) == [float(n) for n in range(next(numbers))] and historian.line._waiting.lost == ""
     assert len(EmbeddedHistory(folder).occurrences(ALWAYS)) >= 4
     assert historian.messages == [] or isinstance(historian.messages[-1], Settled)
 
@@ -115,7 +115,7 @@ def test_without_a_historian_the_guard_goes_on_and_says_so(
         began = time.monotonic()
         historian.line.keep(batch(number))
         took.append(time.monotonic() - began)
-    assert median(took) < 2.0 / len(took) and historian.line.lost == 10
+    assert median(took) < 2.0 / len(took) and historian.line._waiting.lost_samples == 10
 
     def is_told() -> bool:
         historian.line.keep(batch(0))
@@ -160,13 +160,13 @@ def test_a_sample_has_the_times_and_the_status_of_its_nodes() -> None:
         "ns=2;s=L.sp": reading(10.0, 0, 0.0),
         "ns=2;s=Plant/Counter": reading(7, 0, 1.0),
     }
-    sample = Snapshot(7.0, {"L": 10.0, "T": 300.0, "L.sp": 10.0, "cool.man": 0.0}, bad=frozenset({"L.sp"}))
-    first = observed.batch(sample, nodes)
+    values = {"L": 10.0, "T": 300.0, "L.sp": 10.0, "cool.man": 0.0}
+    first = observed.batch(NodeSample(7.0, values, bad=frozenset({"L.sp"}), readings=nodes))
     row = {tag: k for k, tag in enumerate(first.tags)}
     assert first.time_us[row["T"]] == at_us(0.5) and first.server_us[row["T"]] == at_us(0.505)
     assert first.quality[row["L"]] == 0x80310000 and first.quality[row["L.sp"]] == WRONG_TYPE
     assert first.quality[row["cool.man"]] == BAD and first.server_us[row["cool.man"]] == NO_TIME
     assert first.value[row[PROCESS_TIME]] == 7.0
-    nodes["ns=2;s=Plant/Counter"] = reading(8, 0, 2.0)
-    second = observed.batch(Snapshot(8.0, dict(sample.values)), nodes)
+    nodes = nodes | {"ns=2;s=Plant/Counter": reading(8, 0, 2.0)}
+    second = observed.batch(NodeSample(8.0, values, readings=nodes))
     assert second.time_us[row["T"]] == at_us(2.0), "unchanged: shown as of the sample, and not at the old time twice"

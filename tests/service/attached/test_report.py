@@ -11,7 +11,7 @@ import pytest
 
 from homeostat.domain.alarm import Priority
 from homeostat.domain.diagnosis import FaultState, Hypothesis
-from homeostat.domain.events.guard import GuardStarted, QualityChanged, RequestAnswered, ThinkingEnded
+from homeostat.domain.events.guard import GuardStarted, QualityChanged, RequestAnswered, Stopped, ThinkingEnded
 from homeostat.domain.events.people import AlarmRaised, AlarmReturned, ModeEntered
 from homeostat.domain.events.recovery import Diagnosed
 from homeostat.journal import Event, Journal, Summary, read_events
@@ -39,16 +39,53 @@ COURSE: tuple[tuple[float, Event], ...] = (
 )
 
 
+def written(folder: Path, course: tuple[tuple[float, Event], ...]) -> Path:
+    with Journal(folder) as journal:
+        for at_s, event in course:
+            journal.record(event, at_s)
+    return folder
+
+
 @pytest.fixture
 def run(tmp_path: Path) -> Path:
-    with Journal(tmp_path / "run") as journal:
-        for at_s, event in COURSE:
-            journal.record(event, at_s)
-    return tmp_path / "run"
+    return written(tmp_path / "run", COURSE)
 
 
 def facts(run: Path, last_s: float = math.inf, until_s: float = math.inf) -> Facts:
     return facts_of(read_events(run), last_s, until_s)
+
+
+def begun(restored: bool = True) -> tuple[Event, Event]:
+    return GuardStarted("tank", "c", "observe", "plant", restored), ModeEntered("observe", "")
+
+
+@pytest.mark.parametrize("killed", [False, True])
+def test_what_a_guard_has_not_seen_end_does_not_last_over_a_restart(tmp_path: Path, killed: bool) -> None:
+    course: list[tuple[float, Event]] = [
+        *((0.0, event) for event in begun(restored=False)),
+        (10.0, ModeEntered("advise", "Ada")),
+        (20.0, AlarmRaised("link", "no sample", Priority.HIGH)),
+        (20.0, QualityChanged("T1", "bad", "frozen")),
+        (20.0, QualityChanged("T2", "uncertain", "stale")),
+        (50.0, ThinkingEnded(7, "killed")),
+        *(() if killed else ((50.0, Stopped("the service was stopped")),)),
+        *((1050.0, event) for event in begun()),
+        (1060.0, AlarmRaised("link", "no sample", Priority.HIGH)),
+        (1100.0, ThinkingEnded(8, "killed")),
+    ]
+    run = written(tmp_path / "run", tuple(course))
+    found = facts(run)
+    assert {mode: x.lasted_s for mode, x in found.modes.items()} == {"observe": 60.0, "advise": 40.0}
+    assert (found.unguarded.times, found.unguarded.lasted_s) == (1, 1000.0)
+    assert (found.alarms["link"].times, found.alarms["link"].lasted_s) == (2, 70.0)
+    assert (found.bad["T1"].lasted_s, found.uncertain["T2"].lasted_s) == (30.0, 30.0)
+    assert "<td>no guard</td>" in page(found)
+    late = facts(run, last_s=100.0)
+    assert (late.from_s, late.unguarded.lasted_s, late.modes.keys()) == (1000.0, 50.0, {"observe"})
+    assert (late.alarms["link"].lasted_s, late.bad, late.uncertain) == (40.0, {}, {})
+    last = facts(run, last_s=20.0)
+    assert last.unguarded.lasted_s == 0.0 and "no guard" not in page(last)
+    assert last.modes["observe"].lasted_s == 20.0 == last.alarms["link"].lasted_s
 
 
 def test_all_of_it(run: Path) -> None:

@@ -59,11 +59,11 @@ def _attaching(options: argparse.Namespace) -> Attaching:
     from homeostat.guard.requests.seal import new_key
     from homeostat.guard.settings import GuardSettings
     from homeostat.journal import Setting
+    from homeostat.links.opcua.agreement import refuse_disagreement
     from homeostat.links.opcua.mapping import read_mapping
     from homeostat.links.opcua.security.certificate import Pki
     from homeostat.links.opcua.security.credentials import login_from
     from homeostat.links.opcua.security.security import Security
-    from homeostat.links.opcua.writing.writes import Translation
     from homeostat.plants.described import read_described
     from homeostat.plants.wired.guarding import rules_of
     from homeostat.service.attached.guarding import Attaching
@@ -76,7 +76,7 @@ def _attaching(options: argparse.Namespace) -> Attaching:
         words = f"dead_s = {dead_s:g} s of the mapping is too short for {plant.name}, which has a tick of {tick_s:g} s"
         raise UsageError(f"{words}: a connection that is well would be dead; state at least {least_s:g} s")
     rules, groups = rules_of(plant), _groups(options)
-    Translation(mapping, rules)  # refused where mapping and plant contradict each other
+    refuse_disagreement(mapping, rules)
     history, believed = _history(options), _believed(options.console_login)
     objection = _objection(plant, options, mapping.digest)
     security = replace(security, withheld=_withheld(objection, options.unsigned))

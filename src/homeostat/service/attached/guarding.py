@@ -26,6 +26,7 @@ from homeostat.journal import Record, RunFinished, Setting, Summary
 from homeostat.journal.beside.files import JOURNAL
 from homeostat.links.opcua.link import OpcuaLink
 from homeostat.links.opcua.mapping import LinkMapping
+from homeostat.links.opcua.reading.samples import NodeSample
 from homeostat.links.opcua.security.security import Security
 from homeostat.plants.wired.guarding import ISSUER
 from homeostat.record.directory import RunDirectory
@@ -36,6 +37,7 @@ from homeostat.service.attached.source import SLACK_S, Onward
 from homeostat.service.attached.standing import Standing
 from homeostat.service.attached.status import StatusBoard
 from homeostat.service.doors.door import Behind, Doors
+from homeostat.service.doors.messages import within_s
 from homeostat.service.historian.line import HistoryLine
 from homeostat.service.historian.observed import Observed
 from homeostat.service.historian.recording import Recording
@@ -182,7 +184,7 @@ class _Guarding:
         self._board = StatusBoard(self._guard, link, lambda: link.source.missed, known)
         self._board.recall(records)
         directory.trace.subscribe(self._board.follow)
-        behind = Behind(put, self._board.told, run_identity(attaching.directory))
+        behind = Behind(put, self._board.told, run_identity(attaching.directory), within_s(source.period_s))
         self._doors = Doors(attaching.directory, behind, attaching.groups, attaching.believed)
         directory.trace.subscribe(self._doors.follow)
         hello = Hello(attaching.key, rules.configuration)
@@ -211,8 +213,8 @@ class _Guarding:
         self._mirror.look(self._guard.alarms, self._guard.latched is not None, self._guard.mode)
         self._board.show(seen)
         self._thinking.show(seen)
-        if self._recording is not None and seen.sample is not None:
-            self._recording.see(seen.sample, self._link.readings)
+        if self._recording is not None and isinstance(seen.sample, NodeSample):
+            self._recording.see(seen.sample)
 
     def _raise(self, name: str, cause: str) -> None:
         self._guard.mailbox.put(Trouble(name, cause))

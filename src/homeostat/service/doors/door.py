@@ -40,6 +40,8 @@ class Behind:
     """How the plant stands."""
     identity: str
     """Identity of the journal, which an order must name."""
+    within_s: float = ANSWER_S
+    """Longest wait for the guard's answer to an order, which it hears in its ticks, wall-clock [s]."""
 
 
 @final
@@ -101,24 +103,25 @@ class Doors:
                 with caller.makefile("rb") as lines:
                     line = lines.readline(LARGEST_ORDER + 2)
                 caller.settimeout(ASK_S)
-                caller.sendall(self._answered(line, role, _login(caller))[:LARGEST])
+                caller.sendall(self._answered(line, role, caller)[:LARGEST])
         finally:
             self._places.release()
 
-    def _answered(self, line: bytes, role: Role, login: str) -> bytes:
+    def _answered(self, line: bytes, role: Role, caller: socket.socket) -> bytes:
         try:
+            login = _login(caller)
             if is_status(line):
                 return answer(status=dict(self._behind.status()))
             given = _by(parsed(line, self._behind.identity, time.time()), login)
             counted = "" if login in self._believed else login
-            return self._ordered(replace(given, login=counted), role)
+            return self._ordered(replace(given, login=counted), role, caller)
         except OrderError as error:
             return answer(error=f"the order is not taken: {error}")
         except Exception as error:  # whoever asks is told; the guard goes on
             return answer(error=f"the service cannot answer: {error or type(error).__name__}")
 
-    def _ordered(self, command: PersonCommand, role: Role) -> bytes:
-        """What came of ``command``, given at the door of ``role``."""
+    def _ordered(self, command: PersonCommand, role: Role, caller: socket.socket) -> bytes:
+        """What came of ``command``, given at the door of ``role``; ``caller`` is told how long that may take."""
         if command.role not in _HIGHER[role]:
             return answer(error=f"this is the {role.value}'s door; nobody orders as {command.role.value} here")
         with self._heard:
@@ -126,14 +129,18 @@ class Doors:
         try:
             if not self._behind.order(command):
                 return answer(error="too many orders wait already; try again")
+            caller.sendall(answer(within_s=self._behind.within_s))
             with self._heard:
-                self._heard.wait_for(lambda: self._awaited[command.id] is not None, ANSWER_S)
+                self._heard.wait_for(lambda: self._awaited[command.id] is not None, self._behind.within_s)
                 heard = self._awaited[command.id]
         finally:
             with self._heard:
                 del self._awaited[command.id]
         if heard is None:
-            return answer(error="the guard has the order, and has not answered; look at what it does")
+            return answer(
+                error=f"the guard has the order, and has not answered within {self._behind.within_s:g} s; look at "
+                "what it does"
+            )
         return answer(done=heard.done, reason=heard.reason, counts=heard.missing > 0)
 
 

@@ -10,7 +10,14 @@ LARGEST: Final = 1_000_000
 STATUS: Final = b'{"ask":"status"}\n'
 """The question how the plant stands."""
 ANSWER_S: Final = 10.0
-"""Longest wait for the guard's answer to an order, wall-clock [s]."""
+"""Longest wait for an answer, beside the ticks in which the guard hears an order, wall-clock [s]."""
+HEARD: Final = 2.0
+"""Ticks in which an order is heard for sure: one may have begun already, and another one may be late."""
+
+
+def within_s(period_s: float) -> float:
+    """Longest wait for the answer to an order where ticks are ``period_s`` apart, wall-clock [s]."""
+    return ANSWER_S + HEARD * period_s
 
 
 def answer(**said: Any) -> bytes:

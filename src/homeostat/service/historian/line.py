@@ -6,7 +6,6 @@ import contextlib
 import os
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from multiprocessing.connection import Connection, Listener
 from pathlib import Path
@@ -15,14 +14,15 @@ from typing import Final, final
 from homeostat.domain.observation import Message, Settled, Trouble
 from homeostat.history.samples import Batch
 from homeostat.history.store import Occurrence
+from homeostat.service.historian.backlog import MOST, Backlog
 from homeostat.service.historian.messages import LARGEST_BACK, Back, Kept, from_historian, to_historian
 
-MOST: Final = 600
-"""Most that waits to be kept: what is older is lost where the historian is away for longer."""
 AWAY_S: Final = 30.0
 """After so long without a historian that is an alarm, wall-clock [s]."""
 ALARM: Final = "history"
 """Alarm of a history that is not kept."""
+LOST: Final = "history:lost"
+"""Alarm of a history that has a gap."""
 
 
 @final
@@ -39,28 +39,46 @@ class HistoryLine:
         finally:
             os.umask(before)
         self._changed = threading.Condition()
-        self._waiting: deque[Kept] = deque()
-        self._number, self._sent, self._lost = 0, 0, 0
+        self._waiting = Backlog()
+        self._number, self._sent, self._loses = 0, 0, False
         self._connection: Connection | None = None
         self._gone_s, self._told, self._over = time.monotonic(), "", False
         for work in (self._listen, self._send_on):
             threading.Thread(target=work, name="historian's line", daemon=True).start()
 
-    @property
-    def lost(self) -> int:
-        """Batches and events that no historian took in time."""
-        return self._lost
-
     def keep(self, what: Batch | Occurrence) -> None:
         """Have ``what`` kept; returns at once."""
         with self._changed:
+            before = self._waiting.lost
             self._number += 1
-            self._waiting.append(Kept(self._number, what))
-            while len(self._waiting) > MOST:
-                self._lost += 1
-                self._waiting.popleft()
+            self._waiting.put(Kept(self._number, what))
+            if self._waiting.lost != before:
+                self._lose()
             self._changed.notify_all()
         self._look()
+
+    def miss(self) -> None:
+        """A sample was lost before it came here."""
+        with self._changed:
+            self._waiting.lost_samples += 1
+            self._lose()
+
+    def _lose(self) -> None:
+        """Raise the alarm of a gap; how large it is can be said once everything else is kept."""
+        if not self._loses:
+            text = f"the history has a gap: {MOST} samples wait for the historian, older ones are lost"
+            self._loses = self._is_taken(Trouble(LOST, text))
+
+    def _count(self) -> None:
+        """The historian has caught up: say how much it has never seen, for a person to acknowledge."""
+        if self._loses and not self._waiting:
+            text = f"the history has a gap: {self._waiting.lost} since the guard began were lost"
+            said = (Settled(LOST), Trouble(LOST, text), Settled(LOST))
+            self._loses = not all(self._is_taken(message) for message in said)
+
+    def _is_taken(self, message: Message) -> bool:
+        """Whether the guard has taken ``message``; what it had no room for is said again at the next occasion."""
+        return self._put(message) is not False
 
     def close(self, within_s: float) -> None:
         """Wait at most ``within_s`` [s] until everything is kept; nothing is taken any more."""
@@ -87,7 +105,7 @@ class HistoryLine:
                 continue
             with self._changed:
                 self._connection = connection
-                self._sent = self._waiting[0].number - 1 if self._waiting else self._number
+                self._sent = 0
                 self._changed.notify_all()
             self._hear(connection)
             with self._changed:
@@ -106,33 +124,26 @@ class HistoryLine:
 
     def _taken(self, back: Back) -> None:
         with self._changed:
-            while self._waiting and self._waiting[0].number <= back.taken:
-                self._waiting.popleft()
+            self._waiting.take(back.taken)
+            self._count()
             self._changed.notify_all()
 
     def _tell(self, trouble: str) -> None:
         """Raise the alarm, or have it return, where that is news."""
-        if trouble != self._told:
+        if trouble != self._told and self._is_taken(Trouble(ALARM, trouble) if trouble else Settled(ALARM)):
             self._told = trouble
-            self._put(Trouble(ALARM, trouble) if trouble else Settled(ALARM))
 
     def _send_on(self) -> None:
         while not self._over:
             with self._changed:
-                self._changed.wait_for(lambda: self._owed or self._over)
-                connection, kept = self._connection, self._following()
+                self._changed.wait_for(lambda: self._over or self._owed is not None)
+                connection, kept = self._connection, self._owed
+                self._sent = self._sent if kept is None else kept.number
             if connection is not None and kept is not None:
                 with contextlib.suppress(OSError):  # who listens finds out
                     connection.send_bytes(to_historian(kept))
 
     @property
-    def _owed(self) -> bool:
-        return self._connection is not None and bool(self._waiting) and self._waiting[-1].number > self._sent
-
-    def _following(self) -> Kept | None:
-        """The next that was not sent over this connection."""
-        for kept in self._waiting:
-            if kept.number > self._sent:
-                self._sent = kept.number
-                return kept
-        return None
+    def _owed(self) -> Kept | None:
+        """The next that was not sent over this connection; None where there is none, or nothing is left to send."""
+        return None if self._connection is None else self._waiting.after(self._sent)

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
 from datetime import datetime
 from typing import Final, final
 
 import numpy as np
 
-from homeostat.domain.snapshot import Snapshot
 from homeostat.history.quality import BAD, GOOD, UNCERTAIN
 from homeostat.history.samples import NO_TIME, Batch
-from homeostat.links.opcua.connection.board import NodeReading
 from homeostat.links.opcua.mapping import LinkMapping
+from homeostat.links.opcua.reading.samples import NodeSample
 
 PROCESS_TIME: Final = "process time"
 """Name under which the process time of each sample is kept [s]: a plant in scaled time is read by it."""
@@ -36,12 +34,12 @@ class Observed:
         self._pulse = mapping.guard.counter or mapping.guard.time
         self._last: dict[str, int] = {}
 
-    def batch(self, sample: Snapshot, readings: Mapping[str, NodeReading]) -> Batch:
-        """``sample``, of which the nodes held ``readings``."""
+    def batch(self, sample: NodeSample) -> Batch:
+        """``sample``, as its nodes showed it."""
         own_us = time.time_ns() // 1000
-        pulse = readings.get(self._pulse or "")
+        pulse = sample.readings.get(self._pulse or "")
         now_us = _us(None if pulse is None else pulse.source_at, own_us)
-        rows = [self._row(tag, nodes.node, sample, readings, now_us) for tag, nodes in self._mapping.tags.items()]
+        rows = [self._row(tag, nodes.node, sample, now_us) for tag, nodes in self._mapping.tags.items()]
         rows.append((now_us, sample.at_s, GOOD, NO_TIME))
         times, values, codes, servers = zip(*rows, strict=True)
         return Batch(
@@ -53,11 +51,9 @@ class Observed:
             own_us,
         )
 
-    def _row(
-        self, tag: str, node: str, sample: Snapshot, readings: Mapping[str, NodeReading], now_us: int
-    ) -> tuple[int, float, int, int]:
+    def _row(self, tag: str, node: str, sample: NodeSample, now_us: int) -> tuple[int, float, int, int]:
         """Source time [us], value in the tag's unit, status code and server time [us] of ``tag``."""
-        value, reading = sample.values.get(tag, math.nan), readings.get(node)
+        value, reading = sample.values.get(tag, math.nan), sample.readings.get(node)
         if reading is None:
             return now_us, value, BAD, NO_TIME
         at_us = _us(reading.source_at, now_us)

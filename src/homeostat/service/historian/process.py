@@ -16,7 +16,7 @@ from typing import Final
 
 from homeostat.domain.quotation import printable
 from homeostat.history.embedded.store import EmbeddedStore
-from homeostat.history.samples import Batch, Span
+from homeostat.history.samples import ALWAYS, Batch, Span
 from homeostat.history.store import HistoryError, HistoryStore, Occurrence
 from homeostat.service.attached.place import HISTORY
 from homeostat.service.historian.messages import LARGEST, Back, Kept, from_guard, to_guard
@@ -27,7 +27,8 @@ AGAIN_S: Final = 0.2
 LOOK_S: Final = 0.5
 """How often it is looked whether there is still a guard to keep for, wall-clock [s]."""
 LATELY_US: Final = 1_800_000_000
-"""How far back it is looked for what was kept already: longer than a guard keeps anything for a historian [us]."""
+"""How far before the newest sample it is looked for what was kept already: a guard sends again what it was not told
+of, and that is what was kept last [us]."""
 NO_STORE: Final = 2
 """Exit status where the folder is none that can be kept in."""
 
@@ -135,7 +136,7 @@ def _kept_lately(store: HistoryStore) -> set[tuple[int, str]]:
         return set()
     lately = Span(extent.to_us - LATELY_US, extent.to_us)
     known = {(own_us, "") for own_us in store.read([PROCESS_TIME], lately)[PROCESS_TIME].own_us.tolist()}
-    return known | {_identity(each) for each in store.occurrences(Span(lately.from_us, lately.to_us + LATELY_US))}
+    return known | {_identity(each) for each in store.occurrences(Span(lately.from_us, ALWAYS.to_us))}
 
 
 def _identity(what: Batch | Occurrence) -> tuple[int, str]:

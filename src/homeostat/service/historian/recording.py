@@ -5,13 +5,11 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Mapping
 from typing import Final, final
 
-from homeostat.domain.snapshot import Snapshot
 from homeostat.history.occurrences import occurrence
 from homeostat.journal import Event
-from homeostat.links.opcua.connection.board import NodeReading
+from homeostat.links.opcua.reading.samples import NodeSample
 from homeostat.service.historian.line import HistoryLine
 from homeostat.service.historian.observed import Observed
 
@@ -27,14 +25,16 @@ class Recording:
 
     def __init__(self, line: HistoryLine, observed: Observed, plant: str) -> None:
         self._line, self._observed, self._plant = line, observed, plant
-        self._waiting: deque[tuple[Snapshot, Mapping[str, NodeReading]]] = deque(maxlen=_WAITING)
+        self._waiting: deque[NodeSample] = deque(maxlen=_WAITING)
         self._wanted, self._over = threading.Event(), False
         self._thread = threading.Thread(target=self._put_on, name="recording", daemon=True)
         self._thread.start()
 
-    def see(self, sample: Snapshot, readings: Mapping[str, NodeReading]) -> None:
-        """Have ``sample`` kept, of which the nodes held ``readings``; returns at once."""
-        self._waiting.append((sample, readings))
+    def see(self, sample: NodeSample) -> None:
+        """Have ``sample`` kept; returns at once."""
+        if len(self._waiting) == _WAITING:
+            self._line.miss()
+        self._waiting.append(sample)
         self._wanted.set()
 
     def hear(self, event: Event, at_s: float) -> None:
@@ -54,5 +54,4 @@ class Recording:
             self._wanted.wait()
             self._wanted.clear()
             while self._waiting:
-                sample, readings = self._waiting.popleft()
-                self._line.keep(self._observed.batch(sample, readings))
+                self._line.keep(self._observed.batch(self._waiting.popleft()))

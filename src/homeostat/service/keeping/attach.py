@@ -22,7 +22,7 @@ GUARD: Final = Patience(start_s=60.0, quiet_s=20.0, again_s=0.5, most_s=1.0)
 THINKING: Final = Patience(start_s=120.0, quiet_s=30.0, again_s=1.0, most_s=60.0)
 """Thinking has more to load, and steps back where it does not last."""
 HISTORIAN: Final = Patience(start_s=60.0, quiet_s=60.0, again_s=1.0, most_s=30.0)
-"""The historian may wait for a disk, and what the guard has not got rid of meanwhile is kept for ten minutes."""
+"""The historian may wait for a disk: the guard has a backlog for it, in which events outlive samples."""
 TABLES_S: Final = 20.0
 """Longest that the historian may take to end: it makes tables of its log, or else the next one does [s]."""
 STOP_S: Final = 15.0

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from homeostat.domain.diagnosis import by_fault_set
-from homeostat.domain.events.guard import GuardStarted, QualityChanged, RequestAnswered, ThinkingEnded
+from homeostat.domain.events.guard import GuardStarted, QualityChanged, RequestAnswered, Stopped, ThinkingEnded
 from homeostat.domain.events.people import AlarmRaised, AlarmReturned, ModeEntered
 from homeostat.domain.events.recovery import Attempted, Diagnosed
 from homeostat.domain.events.trips import FallbackActivated
@@ -81,6 +81,8 @@ class Facts:
     """Process time of the last line [s]."""
     modes: dict[str, Lasting] = field(default_factory=dict)
     """Mode -> how long the guard stood in it."""
+    unguarded: Lasting = field(default_factory=Lasting)
+    """How often and how long there was no guard: from its stop, or from its last line where it was killed."""
     alarms: dict[str, Lasting] = field(default_factory=dict)
     """Alarm -> how often and how long."""
     bad: dict[str, Lasting] = field(default_factory=dict)
@@ -95,6 +97,11 @@ class Facts:
     """What else happened -> how often."""
     lacking: str = ""
     """What the journal lacks at its end, in one sentence; empty where nothing is known to be missing."""
+
+    @property
+    def lasting(self) -> tuple[dict[str, Lasting], ...]:
+        """Everything that ends with a guard: the one that begins again knows nothing of it, and says it anew."""
+        return self.modes, self.alarms, self.bad, self.uncertain
 
     @property
     def length_s(self) -> float:
@@ -123,14 +130,38 @@ def facts_of(records: Iterable[Record], last_s: float = math.inf, until_s: float
     facts = Facts(to_s=min(every[-1].at_s, until_s) if known else 0.0)
     facts.from_s = max(facts.to_s - last_s, known[0].at_s if known else 0.0)
     tried: dict[str, tuple[Command, ...]] = {}
+    before_s = math.nan
     for record in known:
         inside = record.at_s >= facts.from_s
         if inside and record.kind in _COUNTED:
             facts.counts[_COUNTED[record.kind]] += 1
+        if record.kind == Stopped.kind:
+            _leave(facts, record.at_s)
+        elif record.kind == GuardStarted.kind:
+            _return(facts, before_s, record.at_s)
         _take(facts, record, tried, inside)
-    for lasting in (x for group in (facts.modes, facts.alarms, facts.bad, facts.uncertain) for x in group.values()):
+        before_s = record.at_s
+    for lasting in (facts.unguarded, *(x for group in facts.lasting for x in group.values())):
         lasting.end(facts.to_s)
     return facts
+
+
+def _leave(facts: Facts, at_s: float) -> None:
+    """The guard has ended at process time ``at_s`` [s]."""
+    for group in facts.lasting:
+        for name in tuple(group):
+            _end(group, name, at_s, at_s >= facts.from_s)
+    facts.unguarded.begin(max(at_s, facts.from_s))
+
+
+def _return(facts: Facts, before_s: float, at_s: float) -> None:
+    """A guard begins at process time ``at_s`` [s]; the last line before that is of ``before_s`` [s]."""
+    if facts.plant and not facts.unguarded.lasts:  # the one before was killed, and nobody said when
+        _leave(facts, before_s)
+    if at_s >= facts.from_s:
+        facts.unguarded.end(at_s)
+    else:
+        facts.unguarded = Lasting()
 
 
 def _take(facts: Facts, record: Record, tried: dict[str, tuple[Command, ...]], inside: bool) -> None:

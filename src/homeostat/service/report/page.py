@@ -53,7 +53,8 @@ def _part(title: str, table: Markup | list[Markup] | None, nothing: str) -> list
 
 
 def _modes(facts: Facts) -> Markup | None:
-    rows = ((mode, lasting(x.lasted_s), f"{100 * facts.share(x):.1f} %") for mode, x in facts.modes.items())
+    stood = facts.modes | ({"no guard": facts.unguarded} if facts.unguarded.lasted_s > 0.0 else {})
+    rows = ((mode, lasting(x.lasted_s), f"{100 * facts.share(x):.1f} %") for mode, x in stood.items())
     return _rows(("Mode", "Time", "Part"), rows)
 
 

@@ -9,7 +9,8 @@ from homeostat.journal.signing.keys import SigningKey, make_key, read_private, r
 from homeostat.plants.files.folder import SIGNATURE
 from homeostat.plants.files.signature import check_signature
 from homeostat.plants.files.signature import sign as signed
-from homeostat.plants.plant import load_plant
+from homeostat.plants.plant import Plant, load_plant
+from homeostat.plants.wired.guarding import rules_of
 
 
 def keygen(options: argparse.Namespace) -> int:
@@ -29,7 +30,7 @@ def sign(options: argparse.Namespace) -> int:
             raise UsageError(f"--{option} must have 1 to 200 characters")
     key = SigningKey(read_private(options.key))
     plant = load_plant(options.case)
-    link = _mapping(options)
+    link = _mapping(options, plant)
     signature = signed(plant.name, plant.configuration, options.person, options.reason, key, link)
     path = options.out or plant.files.folder / SIGNATURE
     write_whole(path, f"{signature.model_dump_json(indent=1)}\n".encode())
@@ -49,10 +50,17 @@ def verify(options: argparse.Namespace) -> int:
     return 0 if reason is None else 1
 
 
-def _mapping(options: argparse.Namespace) -> str | None:
-    """Digest of the mapping that was named, which is one; None where none was."""
+def _mapping(options: argparse.Namespace, signed: Plant | None = None) -> str | None:
+    """Digest of the mapping that was named, which is one; None where none was.
+
+    LinkError where it says something else than the tables of the plant that is ``signed`` with it.
+    """
     if options.link is None:
         return None
+    from homeostat.links.opcua.agreement import refuse_disagreement
     from homeostat.links.opcua.mapping import read_mapping
 
-    return read_mapping(options.link).digest
+    mapping = read_mapping(options.link)
+    if signed is not None:
+        refuse_disagreement(mapping, rules_of(signed))
+    return mapping.digest

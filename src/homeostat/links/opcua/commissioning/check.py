@@ -9,11 +9,11 @@ from asyncua.client.client import Client
 
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.links.errors import LinkError
+from homeostat.links.opcua.agreement import disagreements
 from homeostat.links.opcua.commissioning.browse import ServerNode, described
 from homeostat.links.opcua.connection.session import refuse_other_namespaces
 from homeostat.links.opcua.mapping import LinkMapping, TagNodes, Writing
 from homeostat.links.opcua.writing.kinds import FRACTIONS, NUMBERS, TEXTS, WHOLE, fits
-from homeostat.links.opcua.writing.writes import Translation
 
 _SHOWN = {
     "counter": NUMBERS, "time": NUMBERS, "permit": {"Boolean"}, "acknowledged": {"Boolean"}, "alarm": TEXTS,
@@ -48,10 +48,7 @@ class Checked:
 
 async def check(client: Client, mapping: LinkMapping, rules: GuardRules) -> list[Checked]:
     """Every line of the check of ``mapping`` against the plant behind ``rules`` and the server of ``client``."""
-    try:
-        Translation(mapping, rules)
-    except LinkError as wrong:
-        return [Checked("mapping", (str(wrong),), "")]
+    wrong = disagreements(mapping, rules)
     handshake = {name: node for name, node in mapping.guard.model_dump().items() if node is not None}
     wanted = list(dict.fromkeys((*handshake.values(), *_addresses(mapping))))
     nodes = dict(zip(wanted, await described(client, wanted), strict=True))
@@ -65,7 +62,7 @@ async def check(client: Client, mapping: LinkMapping, rules: GuardRules) -> list
         )
         if name not in handshake
     ]
-    lines += [_of_tag(tag, tag_nodes, nodes, rules) for tag, tag_nodes in mapping.tags.items()]
+    lines += [_of_tag(tag, tag_nodes, nodes, rules, wrong.get(tag)) for tag, tag_nodes in mapping.tags.items()]
     watched = {name for limit in rules.limits.hard for name in limit.formula.tags if name in rules.tags}
     for tag in rules.tags:
         if tag not in mapping.tags:
@@ -112,9 +109,14 @@ def _not_one_of(entry: str, node: ServerNode) -> str:
     return "" if node.kind in allowed else f"holds {node.kind or 'nothing'}, not {' or '.join(sorted(allowed))}"
 
 
-def _of_tag(tag: str, nodes: TagNodes, found: Mapping[str, ServerNode], rules: GuardRules) -> Checked:
+def _of_tag(
+    tag: str, nodes: TagNodes, found: Mapping[str, ServerNode], rules: GuardRules, disagreement: str | None
+) -> Checked:
+    """The line of ``tag``; ``disagreement``: what the mapping says of it otherwise than the plant's tables."""
+    problems = [] if disagreement is None else [disagreement]
+    if tag not in rules.tags:
+        return Checked(tag, tuple(problems), "")
     of_plant, shown = rules.tags[tag], found[nodes.node]
-    problems: list[str] = []
     if shown.status:
         problems.append(f"{shown.address} is {shown.status}")
     elif shown.kind not in NUMBERS:
@@ -122,8 +124,6 @@ def _of_tag(tag: str, nodes: TagNodes, found: Mapping[str, ServerNode], rules: G
     unit = nodes.unit or of_plant.unit
     if shown.unit and shown.unit != unit:
         problems.append(f"{shown.address} is in {shown.unit}, and the mapping says {unit}")
-    if nodes.unit not in (None, of_plant.unit) and nodes.scale == 1.0 and nodes.offset == 0.0:
-        problems.append(f"the tag is in {of_plant.unit} and the node in {nodes.unit}; state scale and offset")
     if shown.low is not None and shown.high is not None:
         low, high = sorted((nodes.of_node(shown.low), nodes.of_node(shown.high)))
         slack = SLACK * of_plant.range.span

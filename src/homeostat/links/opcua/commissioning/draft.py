@@ -78,6 +78,8 @@ def _tag(
     yield f"node = {json.dumps(node.address)}"
     if node.unit:
         yield f"unit = {json.dumps(node.unit)}"
+        if rules and (unit := rules.tags[tag].unit) != node.unit:
+            yield f"# STATE scale AND offset: the tag is in {unit}, and nothing is attached without them."
     rule = rules.writables.get(tag) if rules else None
     target = by_path.get(_plain(f"{tag}target")) or (node if node.writable else None)
     if rule is None or target is None:

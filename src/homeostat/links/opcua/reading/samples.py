@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Mapping
-from typing import Final
+from dataclasses import dataclass, field, fields
+from typing import Any, Final
 
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.snapshot import Snapshot
@@ -14,6 +15,18 @@ _SEVERITY_SHIFT: Final = 30
 """The two highest bits of a status are its severity."""
 
 
+@dataclass(frozen=True, slots=True)
+class NodeSample(Snapshot):
+    """A sample with what the nodes held when it was taken: several may wait, and the board knows the last one only."""
+
+    readings: Mapping[str, NodeReading] = field(default_factory=dict, compare=False, repr=False)
+    """Address -> what the server said of that node, as of this sample."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Another process is told of the plant, and not of its nodes."""
+        return Snapshot, tuple(getattr(self, each.name) for each in fields(Snapshot))
+
+
 class Samples:
     """Makes samples of the tags that a mapping has."""
 
@@ -22,7 +35,7 @@ class Samples:
         self._mapping, self._pace = mapping, pace
         self._automatic = {tag for tag, rule in rules.writables.items() if rule.automatic}
 
-    def sample(self, at_s: float, readings: Mapping[str, NodeReading], now_s: float) -> Snapshot:
+    def sample(self, at_s: float, readings: Mapping[str, NodeReading], now_s: float) -> NodeSample:
         """The sample at process time ``at_s`` [s]; ``now_s``: our monotonic clock [s]."""
         values: dict[str, float] = {}
         bad, uncertain = set(), set()
@@ -45,7 +58,16 @@ class Samples:
             if nodes.write is not None:
                 self._accept(tag, nodes, readings, values, accepted)
         bad -= {tag for tag in bad if accepted.get(tag, 0.0) is None}
-        return Snapshot(at_s, values, frozenset(bad), frozenset(uncertain), reasons, taken_s, accepted=accepted)
+        return NodeSample(
+            at_s,
+            values,
+            frozenset(bad),
+            frozenset(uncertain),
+            reasons,
+            taken_s,
+            accepted=accepted,
+            readings=readings,
+        )
 
     def _accept(
         self,

@@ -7,13 +7,12 @@ import time
 from collections.abc import Mapping
 from typing import Final, final
 
-from homeostat.domain.snapshot import Snapshot
 from homeostat.links.errors import LinkError
 from homeostat.links.opcua.connection.board import QUEUE, Board, NodeReading
 from homeostat.links.opcua.connection.keeper import Keeper
 from homeostat.links.opcua.mapping import LinkMapping
 from homeostat.links.opcua.reading.process_time import ProcessTime
-from homeostat.links.opcua.reading.samples import Samples
+from homeostat.links.opcua.reading.samples import NodeSample, Samples
 
 WAIT_S = 0.4
 """Longest wait for a new sample, wall-clock [s]: the guard's tick waits a little longer."""
@@ -48,7 +47,7 @@ class OpcuaSource:
         """Process time of the last tick [s]."""
         return self._time.now_s
 
-    def advance(self) -> Snapshot | None:
+    def advance(self) -> NodeSample | None:
         """The next sample; None where none came in time, LinkError where there is no connection."""
         end_s = time.monotonic() + WAIT_S
         while True:
@@ -64,7 +63,7 @@ class OpcuaSource:
             if (sample := self._sampled(readings, now_s)) is not None:
                 return sample
 
-    def _sampled(self, readings: Mapping[str, NodeReading], now_s: float) -> Snapshot | None:
+    def _sampled(self, readings: Mapping[str, NodeReading], now_s: float) -> NodeSample | None:
         """The sample that ``readings`` are at ``now_s`` of our monotonic clock [s]; None where its tick was there."""
         guard, told_s = self._mapping.guard, _number(readings.get(self._mapping.guard.time or ""))
         waiting = self._board.waiting

@@ -6,9 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+from homeostat.domain.mode import Side
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.recovery import Command
 from homeostat.links.errors import LinkError
+from homeostat.links.opcua.agreement import refuse_disagreement
 from homeostat.links.opcua.mapping import Kind, LinkMapping, TagNodes, Writing
 from homeostat.links.opcua.writing.kinds import cast
 
@@ -58,21 +60,9 @@ class Translation:
     """Knows what may be written, from the plant's configuration, and how, from the mapping."""
 
     def __init__(self, mapping: LinkMapping, rules: GuardRules) -> None:
-        """LinkError where the mapping commands a tag that the plant's tables do not, or another side ramps."""
+        """LinkError where the mapping says something else than the plant's tables."""
+        refuse_disagreement(mapping, rules)
         self._mapping, self._rules = mapping, rules
-        for tag, nodes in mapping.tags.items():
-            if tag not in rules.tags:
-                raise LinkError(f"the mapping has a tag {tag!r} that the plant {rules.plant!r} has not; take it out")
-            if nodes.write is None:
-                continue
-            rule = rules.writables.get(tag)
-            if rule is None:
-                raise LinkError(f"the mapping commands {tag!r}, which the plant's writables.csv does not; take it out")
-            if nodes.write.ramp != rule.ramped_by.value:
-                raise LinkError(
-                    f"{tag!r} is ramped by the {nodes.write.ramp} in the mapping and by the {rule.ramped_by.value} in "
-                    "writables.csv; one of the two must do it, and both files must say which"
-                )
 
     def order(self, commands: tuple[Command, ...]) -> WriteOrder:
         """What is written for all of ``commands``; LinkError, and nothing is written, where one of them may not be."""
@@ -114,6 +104,11 @@ class Translation:
                 f"{tag.range.high:g} {tag.unit}"
             )
         fastest = max(rule.fastest or 0.0, tag.rate_limit or 0.0) or math.inf
+        if rate is None and rule.ramped_by is Side.PLANT and tag.rate_limit is not None:  # else each step is one
+            raise LinkError(
+                f"{command.tag!r} cannot step to {value:g} {tag.unit}: it needs a rate, and {fastest:g} "
+                f"{tag.unit}/s are allowed"
+            )
         if rate is not None and not 0.0 < rate <= fastest * (1.0 + SLACK):
             raise LinkError(
                 f"{command.tag!r} cannot move at {rate:g} {tag.unit}/s: {fastest:g} {tag.unit}/s are allowed"
