@@ -27,11 +27,11 @@ class Mailbox:
 
         A :class:`StandBack` has a place of its own, which nobody else fills; of several that wait the last one counts.
         """
-        if isinstance(message, StandBack):
-            self._lost = message
-            return True
         most = self._most + (ORDERS if isinstance(message, PersonCommand) else 0)
         with self._lock:
+            if isinstance(message, StandBack):
+                self._lost = message
+                return True
             if len(self._waiting) >= most:
                 return False
             self._waiting.append(message)
@@ -39,7 +39,8 @@ class Mailbox:
 
     def stand_back(self) -> StandBack | None:
         """Why the guard must observe, where that was said since the last call."""
-        lost, self._lost = self._lost, None
+        with self._lock:
+            lost, self._lost = self._lost, None
         return lost
 
     def take(self) -> tuple[Message, ...]:
