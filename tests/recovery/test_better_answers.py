@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from homeostat.agents.language.scripts import careful
+import json
+import re
+
+from homeostat.agents.language.scripts import careful, reasonable
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.diagnosis import FaultState, Hypothesis
-from homeostat.domain.events.recovery import Compared, Probed, ReleasedActions, Waited
+from homeostat.domain.events.recovery import Compared, GaveUp, Probed, ReleasedActions, Waited
+from homeostat.llm.model import APPROVED, Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.recovery.bounds import Budget, InterventionBounds
 from homeostat.recovery.plant_rules import Bounds
@@ -39,6 +43,31 @@ def test_while_physics_leaves_time_production_goes_on() -> None:
     assert (kind, by) == (AlternativeKind.WAIT, "language") and saved > 0.1
     (wait,) = done.trace.of(Waited)
     assert wait.seconds == 20.0 and wait.follows == "normal > reduced_load" and not done.trace.of(ReleasedActions)
+
+
+def test_a_model_that_is_told_that_the_best_so_far_costs_less_betters_it() -> None:
+    """It gives production up for good at first, which the search does not, and then says that there is time."""
+    asked: list[str] = []
+
+    def learning(question: Question) -> str:
+        asked.append(question.prompt)
+        if APPROVED in question.prompt:
+            return careful(question)
+        if question.agent == "planning":
+            return json.dumps({"reasoning": "to be sure", "path": "normal > holding"})
+        return reasonable(question)
+
+    hypotheses = (Hypothesis((STUCK,), 1.0),)
+    done = ReactorRecovery(
+        readings(3, 1470, (STUCK,)), hypotheses, ScriptedModel("learning", learning), bounds=Bounds(PATIENT)
+    ).run()
+    kind, by, saved = chosen(done)
+    assert (kind, by) == (AlternativeKind.WAIT, "language") and saved > 0.1 and not done.trace.of(GaveUp)
+    (first,) = (line for line in asked[0].splitlines() if "best so far" in line)
+    assert re.fullmatch(r"The best so far costs \S+ EUR: release normal > \S+ by search\.", first)
+    (told,) = (line for line in asked[-1].splitlines() if line.startswith(APPROVED))
+    best = r"the best so far costs \S+ EUR: release normal > reduced_load by search\."
+    assert re.search(r": normal > holding: .*, costs \S+ EUR; " + best, told)
 
 
 def test_a_test_that_is_cheap_tells_a_stuck_valve_from_a_thermometer_that_lies() -> None:

@@ -68,7 +68,7 @@ class LanguageAction:
             cost_slopes_text(slopes, self._plant, currency),
         )
         values = {
-            "situation": self._briefing.told(situation, idle=not moves),
+            "situation": self._briefing.told(situation, advice, idle=not moves),
             "where": _where(path, chosen),
             "commands": "\n".join(self._describe(r, situation) for r in choices),
             "feedback": "\n".join(filter(None, told)),
