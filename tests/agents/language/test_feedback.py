@@ -90,6 +90,19 @@ def test_what_a_step_of_each_command_costs_is_told_with_where_it_holds() -> None
     assert "Cost per step" not in told(attempt(HOT)) and cost_slopes_text((), PLANT, "EUR") == ""
 
 
+def test_what_a_step_of_each_command_does_to_margins_is_told_with_where_it_holds() -> None:
+    slopes = tuple(
+        replace(slope(name, tag, -2.0), low=low, high=high)
+        for name in ("ACC-T-HIGH", "LIM-L-HIGH", "LIM-T-LOW")
+        for tag, low, high in (("T1.sp", 307.5, 308.5), ("F1.sp", 0.025, 0.026))
+    )
+    held = "Margins per step, looked at between: T1.sp 307.5 to 308.5, F1.sp 0.025 to 0.026"
+    assert told(attempt(HOT, NEAR), sensitivities=slopes).splitlines().count(held) == 1
+    assert idle_text([HOT], slopes, PLANT).splitlines()[-1] == held
+    assert "looked at between" not in told(attempt(HOT), sensitivities=(slope("ACC-T-HIGH", "T1.sp", 1.0),))
+    assert "looked at between" not in idle_text([HOT], slopes[-2:], PLANT)
+
+
 def test_a_permissive_is_told_with_its_meaning_and_a_target_with_its_formula() -> None:
     text = told(attempt(finding("PRM-COOL", -0.02, "1", 0.0), finding("TARGET-reduced_load", -0.001, "L/s")))
     cool = next(x for x in PLANT.limits.limits if x.name == "PRM-COOL")

@@ -180,6 +180,24 @@ def test_the_hard_limits_are_always_in_the_action_s_part_of_the_graph(fault: str
 
 
 @pytest.mark.parametrize("fault", FAULTS)
+def test_permissives_are_in_the_action_s_part_of_the_graph_as_what_they_are_and_with_their_meaning(fault: str) -> None:
+    """Not as something that is not hard: a release is refused where one does not hold."""
+    shown = turtle(first(fault, "action"))
+    for permissive in PLANT.limits.of_kind(LimitKind.PERMISSIVE):
+        (line,) = (x for x in shown.splitlines() if x.startswith(f":limit_{permissive.name} "))
+        assert " a hs:Permissive; " in line and permissive.formula.text in line and "hs:hard" not in line
+        assert f'rdfs:comment "{permissive.description}"' in line
+
+
+def test_loops_and_equations_of_what_may_be_commanded_come_before_labels_and_modules() -> None:
+    shown = turtle(first("cool_stuck_closed", "action"))
+    explained = [k for k, x in enumerate(shown.splitlines()) if "hs:equationText" in x or "hs:hasSetpoint" in x]
+    named = [k for k, x in enumerate(shown.splitlines()) if "rdfs:label" in x or "VDI3682:isAssignedTo" in x]
+    assert ":equation_EQ-HEAT " in shown and ":loop_TIC1-loop " in shown
+    assert max(explained) < min(named, default=math.inf)
+
+
+@pytest.mark.parametrize("fault", FAULTS)
 def test_commands_are_told_with_bounds_increment_rate_and_present_value(fault: str) -> None:
     asked = first(fault, "action")
     commands: dict[str, object] = asked.schema["properties"]["commands"]["properties"]  # type: ignore[index]

@@ -32,11 +32,13 @@ def feedback_text(advice: Advice, plant: PlantDescription, currency: str = "") -
     shown = worst_first(advice.findings, scales)[:MOST_FINDINGS]
     judged = _last_judged(advice)
     violated = [_told(f, advice.sensitivities, plant, judged) for f in shown]
-    costs = (cost_slopes_text(advice.sensitivities, plant, currency), _automatic(judged))
+    near = _near(advice, plant)
+    ranges = _ranges([*advice.findings, *judged.verdict.findings], advice.sensitivities) if violated or near else ""
+    costs = (ranges, cost_slopes_text(advice.sensitivities, plant, currency), _automatic(judged))
     values = {
         "attempts": "\n".join(_attempt(attempt, scales) for attempt in refused),
         "number": str(judged.number),
-        "violated": "\n".join((*violated, *_near(advice, plant), *filter(None, costs))) or "nothing that was judged",
+        "violated": "\n".join((*violated, *near, *filter(None, costs))) or "nothing that was judged",
         "hint": f"Advice: {quote(advice.hint, 200)}" if advice.hint else "",
     }
     return fill("feedback", values)
@@ -102,6 +104,14 @@ def cost_slopes_text(slopes: Sequence[Sensitivity], plant: PlantDescription, cur
     return f"Cost per step, between the values in brackets: {', '.join(told)}" if told else ""
 
 
+def _ranges(findings: Sequence[Finding], slopes: Sequence[Sensitivity]) -> str:
+    """Between which values of each command the margins of ``findings`` were looked at; empty where no slope is told."""
+    names = {f.criterion for f in findings}
+    found = {s.tag: (s.low, s.high) for s in slopes if s.criterion in names and math.isfinite(s.high - s.low)}
+    told = ", ".join(f"{tag} {low:.4g} to {high:.4g}" for tag, (low, high) in found.items())
+    return f"Margins per step, looked at between: {told}" if told else ""
+
+
 def _automatic(judged: Attempt) -> str:
     """The commands that an attempt left on automatic; empty for none."""
     if judged.actions is None or judged.path is None:
@@ -116,7 +126,8 @@ def idle_text(findings: Sequence[Finding], slopes: Sequence[Sensitivity], plant:
     violated = worst_first(findings, plant.scales)[:MOST_FINDINGS]
     if not violated:
         return ""
-    return "\n".join(("# What leaving it alone violates", *(_told(f, slopes, plant) for f in violated)))
+    told = (_told(f, slopes, plant) for f in violated)
+    return "\n".join(("# What leaving it alone violates", *told, *filter(None, (_ranges(violated, slopes),))))
 
 
 def command_text(attempt: Attempt) -> str:
