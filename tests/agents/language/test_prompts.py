@@ -18,11 +18,14 @@ from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.language.situation import MOST_FINDINGS, NOT_JUDGED, NOTE_LIMIT, situation_text, worst_first
 from homeostat.agents.language.speaker import BUDGET, LEAST_GRAPH, MOST_GRAPH, OMISSION, room
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
-from homeostat.domain.advice import Advice
+from homeostat.domain.advice import Advice, Attempt
+from homeostat.domain.alternative import Alternative, AlternativeKind
+from homeostat.domain.cost import Cost, CostItem
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.plant.limits import LimitKind, Limits, Owner
-from homeostat.domain.verdict import Finding
-from homeostat.llm.model import Question
+from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.verdict import Approve, Finding
+from homeostat.llm.model import APPROVED, Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import estimate, exact
 from tests.agents.language.situations import FAULTS, NOW_S, Agents, questions, situation
@@ -249,6 +252,27 @@ def test_the_budget_of_tokens_is_kept(fault: str) -> None:
         count, whole = exact(shown), exact(question.system + question.prompt + json.dumps(question.schema))
         assert count is not None and count > 0.8 * LEAST_GRAPH and estimate(shown) <= MOST_GRAPH + OMISSION
         assert whole is not None and whole <= BUDGET < 0.6 * PUBLISHED
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_the_line_on_the_best_so_far_is_counted_in_the_budget(fault: str) -> None:
+    """It is in both questions, and the graph makes room for it as far as it does for anything."""
+    now, agents = situation(fault), Agents(ScriptedModel("m", reasonable), fault)
+    path = next(iter(agents.planning.choice(now, Advice()).paths.values()))
+    cost = Cost((CostItem("production", 2.125),), 15.0)
+    actions = ActionSet((Command("F1.sp", 0.01, None),), path.target)
+    own = Attempt(1, path, actions, Approve(actions.digest, ()), 12, cost)
+    advice = Advice(attempts=(own, own, own))
+    best = Alternative(AlternativeKind.WAIT, "normal > reduced_load", cost, proposer="search", seconds=20.0)
+    told = replace(now, best=best)
+    for question in (
+        agents.planning.choice(told, advice).question,
+        agents.action.order(told, path, advice).question,
+    ):
+        (line,) = (x for x in question.prompt.splitlines() if x.startswith(APPROVED))
+        assert "the best so far costs 2.12 EUR: wait normal > reduced_load for 20 s by search." in line
+        whole = estimate(question.system + question.prompt + json.dumps(question.schema))
+        assert whole <= BUDGET or estimate(turtle(question)) <= LEAST_GRAPH
 
 
 @pytest.mark.parametrize("words", [0, 300, 900, 5000])
