@@ -10,7 +10,7 @@ import pytest
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse, serialize
 
 from homeostat.agents.grounding.grounding import Grounding
-from homeostat.domain.plant.limits import Criterion, Limit
+from homeostat.domain.plant.limits import Criterion, Limit, LimitKind
 from homeostat.knowledge.context.context import Context
 from homeostat.knowledge.questions.query import Argument, template
 from homeostat.knowledge.store.embedded import EmbeddedStore
@@ -145,7 +145,11 @@ def test_acting_is_shown_what_limits_its_tags(store: EmbeddedStore) -> None:
     for rule in rules:
         if rule.formula.tags & moved:
             assert f'hs:formula "{rule.formula.text}"' in shown[rule.name]
-            assert f"hs:hard {str(rule.hard).lower()}" in shown[rule.name]
+            if isinstance(rule, Limit) and rule.kind is LimitKind.PERMISSIVE:  # it forbids, and is no wish
+                assert "a hs:Permissive" in shown[rule.name] and rule.description in shown[rule.name]
+                assert "hs:hard" not in shown[rule.name]
+            else:
+                assert f"hs:hard {str(rule.hard).lower()}" in shown[rule.name]
         else:
             assert rule.name not in shown
 

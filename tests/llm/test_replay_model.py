@@ -10,7 +10,7 @@ from homeostat.journal import MemoryTrace
 from homeostat.journal.beside.archive import MemoryArchive
 from homeostat.journal.calls import ModelCalled
 from homeostat.llm.calls import Call
-from homeostat.llm.model import Failure, Usage
+from homeostat.llm.model import APPROVED, Failure, Usage
 from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.replay import ReplayModel
 from tests.llm.asking import QUESTION, ask, question
@@ -52,6 +52,15 @@ def test_the_same_question_gets_its_own_answer() -> None:
 def test_a_question_asked_twice_gets_its_answers_in_order() -> None:
     model = ReplayModel("f", [call("first", "p"), call("other", "q"), call("second", "p")])
     assert answers(model, "p", "p", "q") == ["first", "second", "other"]
+
+
+def test_what_was_said_before_anything_was_approved_is_no_answer_to_whether_there_is_something_cheaper() -> None:
+    """An old recording has no such questions: what it says next is about what came later, and is kept for that."""
+    further = f"State normal.\n{APPROVED}normal > reduced_load, costs 2 EUR; the best so far costs 1 EUR."
+    model = ReplayModel("f", [call("first"), call("later")])
+    assert answers(model, "new", further, "newer") == ["first", Failure.EXHAUSTED, "later"]
+    model = ReplayModel("f", [call("first"), call("cheaper", further), call("later")])
+    assert answers(model, "new", "newer", further + " For 3 s.") == ["first", "later", "cheaper"]
 
 
 def test_another_question_gets_the_next_answer_to_the_same_agent() -> None:

@@ -21,7 +21,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.guard.requests.seal import Sealer
 from homeostat.journal import MemoryTrace
 from homeostat.journal.beside.archive import MemoryArchive
-from homeostat.llm.scripted import ScriptedModel
+from homeostat.llm.model import LanguageModel
 from homeostat.plants.wired.assembly import Workbench, fallbacks
 from homeostat.recovery.exchange.beside import DaemonExecutor
 from homeostat.recovery.plant_rules import Bounds, PlantRules
@@ -50,7 +50,7 @@ class ReactorRecovery:
 
     snapshots: tuple[Snapshot, ...]
     hypotheses: tuple[Hypothesis, ...]
-    model: ScriptedModel | None = None
+    model: LanguageModel | None = None
     state: str = "normal"
     bounds: Bounds = field(default_factory=Bounds)
     probes: bool = False

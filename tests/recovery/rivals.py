@@ -6,11 +6,13 @@ release: GOOD costs 1.80 EUR, and to hold 3.00 + 0.06 + 0.27 = 3.33 EUR.
 
 from __future__ import annotations
 
+import asyncio
+from collections.abc import Mapping
 from typing import Any
 
-from homeostat.agents.roles import NoAdmissiblePlan, Plan, Proposer
+from homeostat.agents.roles import NoAdmissiblePlan, Plan, Proposer, Situation
 from homeostat.domain.events.recovery import Attempted, ReleasedActions
-from homeostat.domain.recovery import ActionSet
+from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.recovery.bounds import Budget
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, ScriptedPlanning, ScriptedReprompting
@@ -68,3 +70,27 @@ def asked(done: Recovery) -> list[str]:
 LATENCY = Bounds(Budget(latency_s=3.0))
 MORE_THAN_HALF_S = 1.6
 """Time that is there where all of it is used, also on a busy host, and not where half of it is kept [s]."""
+
+
+class Polish:
+    """Implements `homeostat.agents.roles.Polishing`: gives one answer, fails, or never answers."""
+
+    def __init__(
+        self, answer: ActionSet | BaseException | None, tracked: Mapping[str, ActionSet | BaseException] | None = None
+    ) -> None:
+        """``tracked``: digest -> the same by hand."""
+        self._answer, self._tracked = answer, tracked or {}
+
+    async def polish(self, situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
+        if self._answer is None:
+            await asyncio.sleep(60.0)
+            raise AssertionError
+        if isinstance(self._answer, BaseException):
+            raise self._answer
+        return self._answer
+
+    async def tracked(self, situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
+        by_hand = self._tracked.get(actions.digest, actions)
+        if isinstance(by_hand, BaseException):
+            raise by_hand
+        return by_hand

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.agents.roles import NoAdmissiblePlan, Situation
+from homeostat.agents.roles import NoAdmissiblePlan, Situation, Wait
 from homeostat.domain.advice import Advice
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.events.recovery import Attempted, Compared, GaveUp, NoActionTaken
@@ -30,6 +30,7 @@ from tests.recovery.rivals import (
     NO_OTHER,
     SAVING,
     SAVING_EUR,
+    Polish,
     asked,
     by,
     doomed,
@@ -151,6 +152,75 @@ def test_a_thorough_proposer_has_no_more_attempts_than_another_one() -> None:
     one = thorough(ScriptedAction(HELD, GOOD), "hold", "reduce", attempts=1)
     done = doomed(NoAdmissiblePlan("first: nothing"), others=(one,)).run()
     assert by(done) == [("thorough", HELD.digest)]
+
+
+# --- whose proposal is dearer ------------------------------------------------------------------------------------
+
+
+def test_who_is_approved_but_dearer_goes_on_and_may_win() -> None:
+    second = proposer("second", ScriptedAction(HELD, GOOD), "hold", "reduce")
+    done = doomed(SAVING, others=(second,)).run()
+    assert by(done) == [("second", GOOD.digest)] and not done.trace.of(GaveUp)
+    assert [(a.proposer, a.number) for a in done.trace.of(Attempted)] == [("scripted", 1), ("second", 1), ("second", 2)]
+
+
+def test_it_is_told_what_its_own_costs_and_what_the_best_so_far_costs() -> None:
+    second = proposer("second", ScriptedAction(HELD, GOOD), "hold", "reduce")
+    done = doomed(SAVING, others=(second,))
+    done.run()
+    (first, _), (then, advice) = second.planning.asked  # type: ignore[attr-defined]
+    for situation in (first, then):
+        assert situation.best is not None and situation.best.told == "release running > reduced by scripted"
+        assert situation.best.cost.total == pytest.approx(SAVING_EUR)
+    (own,) = advice.attempts
+    assert isinstance(own.verdict, Approve) and own.cost.total == pytest.approx(HELD_EUR)
+    assert advice.refused_paths == (), "the path is no worse for it, and may be held for a while"
+    (scripted, *_) = done.action.asked
+    assert scripted[0].best is None
+
+
+END: list[tuple[Any, ...]] = [
+    ("reduce", NO_OTHER), ("reduce",), ("reduce", Wait(2.0), NO_OTHER), ("reduce", ZeroDivisionError("a bug")),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("paths", END, ids=["names none", "says the same", "a wait is refused", "breaks"])
+def test_who_has_nothing_better_than_what_is_approved_of_its_own_has_not_given_up(paths: tuple[Any, ...]) -> None:
+    bounds = Bounds(intervention=InterventionBounds(waits=0))
+    done = doomed(GOOD, others=(proposer("second", ScriptedAction(SAVING), *paths),), bounds=bounds).run()
+    assert by(done) == [("scripted", GOOD.digest)]
+    assert [g.reason for g in done.trace.of(GaveUp)] == [
+        f"second failed: {path!r}" for path in paths if isinstance(path, ZeroDivisionError)
+    ], "a bug is told all the same"
+
+
+def test_who_is_dearer_has_no_more_attempts_than_it_was_given() -> None:
+    answers = [feed(rate * HALF, "reduced") for rate in (0.7, 0.8, 0.9)]
+    second = proposer("second", ScriptedAction(*answers), attempts=2)
+    done = doomed(GOOD, others=(second,)).run()
+    assert asked(done) == ["scripted", "second", "second"] and not done.trace.of(GaveUp)
+
+
+def test_who_is_dearer_gets_no_time_that_is_kept() -> None:
+    second = proposer("second", SlowLater(MORE_THAN_HALF_S, HELD, GOOD), "hold", "reduce")
+    done = doomed(SAVING, others=(second,), bounds=LATENCY).run()
+    assert by(done) == [("scripted", SAVING.digest)] and not done.trace.of(GaveUp), "half of the time is kept"
+    assert asked(done) == ["scripted", "second"]
+
+
+def test_who_costs_no_more_than_the_cheapest_stops_once_its_numbers_are_bettered() -> None:
+    second = proposer("second", ScriptedAction(DEARER, HELD), "reduce", "hold")
+    done = doomed(SAVING, others=(second,), polishing=Polish(GOOD)).run()
+    assert by(done) == [("scripted", GOOD.digest)], "of equals the first"
+    assert len(second.action.asked) == 1  # type: ignore[attr-defined]
+
+
+def test_a_path_whose_numbers_the_search_has_bettered_is_not_asked_about_again() -> None:
+    """It may still be held for a while; for good there is nothing to win on it."""
+    second = proposer("second", ScriptedAction(DEARER, GOOD), attempts=4)
+    done = doomed(GOOD, others=(second,), polishing=Polish(DEARER)).run()
+    assert asked(done).count("second") == 1 and len(second.action.asked) == 1  # type: ignore[attr-defined]
+    assert not done.trace.of(GaveUp)
 
 
 # --- time --------------------------------------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -24,7 +24,20 @@ from homeostat.recovery.releasing import Overtaken
 from tests.agents.scripted import ScriptedAction, ScriptedPlanning, ScriptedReprompting
 from tests.recovery.desk import AT_ONCE, Recovery
 from tests.recovery.line import BAD, GOOD, HALF, KEY, MACHINE, Stage, feed, run
-from tests.recovery.rivals import DEARER, HELD, LATENCY, NO_OTHER, SAVING, asked, by, doomed, proposer, safe, thorough
+from tests.recovery.rivals import (
+    DEARER,
+    HELD,
+    LATENCY,
+    NO_OTHER,
+    SAVING,
+    Polish,
+    asked,
+    by,
+    doomed,
+    proposer,
+    safe,
+    thorough,
+)
 from tests.safety.world import TAGS
 
 # --- what goes wrong does not lose what was found ------------------------------------------------------------------
@@ -78,30 +91,6 @@ def test_a_bug_in_who_may_only_improve_leaves_the_plant_as_it_is_and_recovery_go
     done.run()
     assert done.released == [] and done.when(NoActionTaken) == [10.0] and len(done.monitoring.seen) == 20
     assert "ZeroDivisionError" in done.trace.of(GaveUp)[0].reason
-
-
-class Polish:
-    """Implements `homeostat.agents.roles.Polishing`: gives one answer, fails, or never answers."""
-
-    def __init__(
-        self, answer: ActionSet | BaseException | None, tracked: Mapping[str, ActionSet | BaseException] | None = None
-    ) -> None:
-        """``tracked``: digest -> the same by hand."""
-        self._answer, self._tracked = answer, tracked or {}
-
-    async def polish(self, situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
-        if self._answer is None:
-            await asyncio.sleep(60.0)
-            raise AssertionError
-        if isinstance(self._answer, BaseException):
-            raise self._answer
-        return self._answer
-
-    async def tracked(self, situation: Situation, path: RecoveryPath, actions: ActionSet) -> ActionSet:
-        by_hand = self._tracked.get(actions.digest, actions)
-        if isinstance(by_hand, BaseException):
-            raise by_hand
-        return by_hand
 
 
 @pytest.mark.parametrize(

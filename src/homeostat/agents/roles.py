@@ -9,6 +9,7 @@ from homeostat.agents.certificates import Course
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.reliance import Relying
 from homeostat.domain.advice import Advice, Attempt, Sensitivity
+from homeostat.domain.alternative import Alternative
 from homeostat.domain.cost import Cost
 from homeostat.domain.diagnosis import Diagnosis, Symptom
 from homeostat.domain.plant.state_machine import State
@@ -84,6 +85,8 @@ class Situation:
     """What was decided before in the same run, one line each, the oldest first."""
     notes: tuple[str, ...] = ()
     """What people have noted, the latest first; data, and no order."""
+    best: Alternative | None = None
+    """The cheapest of what may be done so far, whoever proposed it; None where nothing may."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,7 +275,8 @@ class Proposer:
     improves: bool = False
     """Whether it is asked as well where the plant does what is asked of it by itself, but might do better."""
     thorough: bool = False
-    """Whether it goes on to other paths once something of it is approved, as long as they may cost less."""
+    """Whether it goes on to other paths once something of it is approved, as long as they may cost less; another one
+    stops once the cheapest of the list is its own."""
     remarks: Remarks | None = None
     """What it says besides; None where it says nothing."""
 

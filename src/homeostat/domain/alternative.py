@@ -52,3 +52,9 @@ class Alternative:
     def admitted(self) -> bool:
         """Whether it may be done."""
         return not self.refused
+
+    @property
+    def told(self) -> str:
+        """What is done and who proposed it, in words: ``hold normal > holding for 60 s by language``."""
+        lasting = f" for {self.seconds:g} s" if self.seconds else ""
+        return f"{self.kind.value} {self.name}{lasting}{f' by {self.proposer}' if self.proposer else ''}"

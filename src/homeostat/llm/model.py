@@ -25,6 +25,8 @@ class Failure(StrEnum):
 
 STRUCK_OUT = "[key]"
 """Stands where a key stood."""
+APPROVED = "Approved of yours: "
+"""Begins the line that tells a model what is approved of its own: it is asked for something that costs less."""
 REPEATABLE = frozenset({Failure.RATE_LIMITED, Failure.SERVER_ERROR, Failure.UNREACHABLE})
 """Failures that may be gone a moment later."""
 ANSWERED = frozenset({Failure.TRUNCATED, Failure.MALFORMED, Failure.EMPTY})

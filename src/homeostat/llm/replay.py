@@ -3,14 +3,16 @@
 from collections.abc import Mapping, Sequence
 
 from homeostat.llm.calls import Call
-from homeostat.llm.model import Failure, ModelError, Question, Reply, Usage
+from homeostat.llm.model import APPROVED, Failure, ModelError, Question, Reply, Usage
 
 
 class ReplayModel:
     """Implements :class:`homeostat.llm.model.LanguageModel`: says again what was recorded.
 
     A question that was recorded word for word gets its own answer; any other gets the next answer to the same agent
-    that was not given yet. A recorded failure fails again.
+    that was not given yet. What was said before anything of the model's own was approved is no answer to a question
+    that tells it so: a model that was not asked for something cheaper has none, and its next answers are about what
+    came later. A recorded failure fails again.
     """
 
     def __init__(self, name: str, calls: Sequence[Call]) -> None:
@@ -26,12 +28,18 @@ class ReplayModel:
         return said_again(self._next(question))
 
     def _next(self, question: Question) -> Call:
-        asked = [c for c in self._left if c.agent == question.agent]
+        has = _has_something(question.prompt)
+        asked = [c for c in self._left if c.agent == question.agent and _has_something(c.prompt) == has]
         exact = [c for c in asked if c.system == question.system and c.prompt == question.prompt]
         for call in (*exact, *asked):
             self._left.remove(call)
             return call
         raise ModelError(Failure.EXHAUSTED, f"{self.name} has no further answer to {question.agent!r}", requests=0)
+
+
+def _has_something(prompt: str) -> bool:
+    """Whether a question tells the model that something of its own is approved."""
+    return any(line.startswith(APPROVED) for line in prompt.splitlines())
 
 
 def said_again(call: Call) -> Reply:

@@ -81,6 +81,12 @@ class Alternatives:
         leave = self.leave
         return found if leave is None or best.cost.total < leave.cost.total else None
 
+    @property
+    def cheapest(self) -> Alternative | None:
+        """The cheapest of all that may be done, leaving the plant alone included; of equals the first."""
+        admitted = [a for a, _ in (*self._given, *self._found) if a.admitted]
+        return min(admitted, key=lambda a: a.cost.total, default=None)
+
     def add(self, found: Choice) -> None:
         """A proposal, a wait or a test was approved; a wait that stands in the list already is not tried again."""
         line = _alternative(found)
@@ -120,9 +126,7 @@ def digest_of(found: Choice | None) -> str:
 
 def told(found: Choice) -> str:
     """A choice in words: ``hold normal > holding for 60 s by language``."""
-    one = _alternative(found)
-    lasting = f" for {one.seconds:g} s" if one.seconds else ""
-    return f"{one.kind.value} {one.name}{lasting} by {one.proposer}"
+    return _alternative(found).told
 
 
 def _certified(alternative: Alternative, new: Iterator[Certificate | None]) -> Alternative:

@@ -1,6 +1,7 @@
 """Deliberation: plan, act, simulate, validate and reprompt; what is approved joins the alternatives."""
 
 import asyncio
+import math
 from collections.abc import Awaitable
 from dataclasses import replace
 from typing import TypeVar
@@ -24,7 +25,7 @@ from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.remark import RemarkKind
-from homeostat.domain.verdict import Finding, Revise
+from homeostat.domain.verdict import Approve, Finding, Revise
 from homeostat.recovery.alternatives import Alternatives
 from homeostat.recovery.choices import Testing
 from homeostat.recovery.judging import Follow, Judged, Judging, unholdable
@@ -44,19 +45,22 @@ class Deliberation:
         self._scene, self._agents, self._machine, self._judging = scene, agents, machine, judging
         self._advice, self._number, self._most = Advice(), 0, most
         self._by_hand: dict[str, ActionSet] = {}
+        self._bettered: set[tuple[str, ...]] = set()
 
     async def add_to(self, alternatives: Alternatives, situation: Situation, end: float, soon: float) -> None:
-        """Propose until something is approved, a thorough proposer until nothing cheaper can be found.
+        """Propose until what is approved is the cheapest, a thorough proposer until nothing cheaper can be found.
 
         The numbers of one that is not thorough are bettered by the search, where that finds cheaper ones on the same
-        path. ``end``: time of the event loop at which thinking ends, ``soon``: at which it does where anything is
-        approved [s]. NoAdmissiblePlan and TimeoutError where nothing was found.
+        path. Whoever has found something and has nothing better to say has not given up. ``end``: time of the event
+        loop at which thinking ends, ``soon``: at which it does where anything is approved [s]. NoAdmissiblePlan and
+        TimeoutError where nothing was found.
         """
         found = False
+        self._bettered.clear()
         while self._number < self._most:
             try:
                 async with asyncio.timeout_at(end if alternatives.best is None else min(end, soon)):
-                    situation = await self._scene.fresh(situation)
+                    situation = replace(await self._scene.fresh(situation), best=alternatives.cheapest)
                     try:
                         judged = await self._attempt(self._number + 1, situation, alternatives)
                     finally:
@@ -70,9 +74,18 @@ class Deliberation:
                 raise
             found = found or taken
             if taken and not self.proposer.thorough:
-                return await self._polish(judged.attempt, alternatives, situation, min(end, soon))
+                await self._polish(judged.attempt, alternatives, situation, min(end, soon))
+                if not self._may_better(alternatives, min(end, soon)):
+                    return
         if not found:
             raise NoAdmissiblePlan(f"{self.proposer.name}: no proposal was approved in {self._most} attempts")
+
+    def _may_better(self, alternatives: Alternatives, end: float) -> bool:
+        """Whether something costs less than what is approved of its own, and until ``end`` more may be won."""
+        own = [a.cost.total for a in self._advice.attempts if isinstance(a.verdict, Approve) and a.cost is not None]
+        cheapest = alternatives.cheapest
+        beaten = cheapest is not None and cheapest.cost.total < min(own, default=math.inf)
+        return beaten and alternatives.worth_waiting and asyncio.get_running_loop().time() < end
 
     def _tell(self) -> None:
         """Record what the proposer said besides; a cause that no table lists is for a person, who is called."""
@@ -99,7 +112,7 @@ class Deliberation:
         if judged.found is None:
             return False
         alternatives.add(judged.found)
-        took = () if attempt.path is None else (attempt.path.commanded,)
+        took = (attempt.path.commanded,) if attempt.path is not None and self.proposer.thorough else ()
         refused = (*self._advice.refused_paths, *took)
         self._advice = Advice(refused_paths=refused, attempts=(*self._advice.attempts, attempt))
         return True
@@ -112,6 +125,7 @@ class Deliberation:
         try:
             async with asyncio.timeout_at(self._scene.cut(end)):
                 better = await polishing.polish(situation, path, actions)
+                self._bettered.add(path.commanded)
                 if better.digest == actions.digest:
                     return
                 name = self.proposer.name
@@ -160,15 +174,21 @@ class Deliberation:
                 return Judged(Attempt(number, None, None, plan), None)
             case Wait(seconds=seconds):
                 if (again := _said_before(advice, AlternativeKind.WAIT, seconds, "")) is not None:
-                    told = Attempt(number, None, self._scene.now.rest, Revise((repetition_finding(again),)))
+                    told = Attempt(number, None, self._scene.now.rest, self._repetition(again))
                     return Judged(replace(told, kind=AlternativeKind.WAIT, seconds=seconds), None)
                 situation = await self._scene.fresh(situation)
                 return await judging.wait(name, number, situation, seconds, _follow(alternatives))
             case Probe():
+                tested = (a for a in advice.attempts if a.kind is AlternativeKind.TEST and a.actions == plan.actions)
+                if (again := next(tested, None)) is not None:
+                    return Judged(replace(again, number=number, verdict=self._repetition(again), members=0), None)
                 return await judging.test(name, number, situation, plan, _follow(alternatives))
             case Hold(path=path, seconds=seconds):
                 pass
             case RecoveryPath() as path:
+                if path.commanded in self._bettered:
+                    text = f"the search has bettered its numbers on {' > '.join(path.states)}"
+                    raise NoAdmissiblePlan(f"{name}: {text}, and it names nothing else")
                 seconds = 0.0
         return await self._acted(number, situation, path, seconds)
 
@@ -194,13 +214,19 @@ class Deliberation:
                 self._by_hand[said] = await self._unless_it_hangs(tracked)
             actions = self._by_hand[said]  # the same answer is the same proposal, so that a repetition is noticed
         if (again := _said_before(advice, kind, seconds, actions.digest)) is not None:
-            return refused(Revise((repetition_finding(again),)), actions)
+            return refused(self._repetition(again), actions)
         situation = await self._scene.fresh(situation)
         if not self._open(path, situation):  # a guard closed while somebody thought about the commands
             return refused(Revise((closed_finding(path.states),)))
         if seconds:
             return await judging.hold(proposer.name, number, situation, path, actions, seconds)
         return await judging.proposal(proposer.name, number, situation, path, actions)
+
+    def _repetition(self, before: Attempt) -> Revise:
+        """The refusal of what was said ``before``; NoAdmissiblePlan where that is approved: it has nothing better."""
+        if isinstance(before.verdict, Approve):
+            raise NoAdmissiblePlan(f"{self.proposer.name}: says attempt {before.number} again, which is approved")
+        return Revise((repetition_finding(before.number),))
 
     def _open(self, path: RecoveryPath, situation: Situation) -> bool:
         """Whether the machine lets the plant take ``path`` now, which no proposer is trusted with."""
@@ -213,12 +239,12 @@ class Deliberation:
         )
 
 
-def _said_before(advice: Advice, kind: AlternativeKind, seconds: float, digest: str) -> int | None:
-    """Number of the attempt that was the same; None where none was. ``digest``: of its commands, none for a wait."""
+def _said_before(advice: Advice, kind: AlternativeKind, seconds: float, digest: str) -> Attempt | None:
+    """The attempt that was the same; None where none was. ``digest``: of its commands, none for a wait."""
     for a in advice.attempts:
         same = not digest or (a.actions is not None and a.actions.digest == digest)
         if a.kind is kind and a.seconds == seconds and same:
-            return a.number
+            return a
     return None
 
 

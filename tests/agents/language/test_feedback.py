@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.agents.language.feedback import command_text, cost_slopes_text, feedback_text, idle_text
+from homeostat.agents.language.feedback import command_text, cost_slopes_text, feedback_text, idle_text, standing_text
 from homeostat.agents.language.scripts import reasonable, stubborn
 from homeostat.agents.language.situation import (
     MOST_FINDINGS,
@@ -21,10 +21,12 @@ from homeostat.agents.language.situation import (
     worst_first,
 )
 from homeostat.domain.advice import COST, Advice, Attempt, Sensitivity
+from homeostat.domain.alternative import Alternative, AlternativeKind
+from homeostat.domain.cost import Cost, CostItem
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
-from homeostat.domain.verdict import Finding, Revise
+from homeostat.domain.verdict import Approve, Finding, Revise
 from homeostat.llm.scripted import ScriptedModel
 from tests.agents.language.situations import Agents, situation
 from tests.twin.followed import reactor
@@ -88,6 +90,19 @@ def test_what_a_step_of_each_command_costs_is_told_with_where_it_holds() -> None
     assert "Cost per step" not in told(attempt(HOT)) and cost_slopes_text((), PLANT, "EUR") == ""
 
 
+def test_what_a_step_of_each_command_does_to_margins_is_told_with_where_it_holds() -> None:
+    slopes = tuple(
+        replace(slope(name, tag, -2.0), low=low, high=high)
+        for name in ("ACC-T-HIGH", "LIM-L-HIGH", "LIM-T-LOW")
+        for tag, low, high in (("T1.sp", 307.5, 308.5), ("F1.sp", 0.025, 0.026))
+    )
+    held = "Margins per step, looked at between: T1.sp 307.5 to 308.5, F1.sp 0.025 to 0.026"
+    assert told(attempt(HOT, NEAR), sensitivities=slopes).splitlines().count(held) == 1
+    assert idle_text([HOT], slopes, PLANT).splitlines()[-1] == held
+    assert "looked at between" not in told(attempt(HOT), sensitivities=(slope("ACC-T-HIGH", "T1.sp", 1.0),))
+    assert "looked at between" not in idle_text([HOT], slopes[-2:], PLANT)
+
+
 def test_a_permissive_is_told_with_its_meaning_and_a_target_with_its_formula() -> None:
     text = told(attempt(finding("PRM-COOL", -0.02, "1", 0.0), finding("TARGET-reduced_load", -0.001, "L/s")))
     cool = next(x for x in PLANT.limits.limits if x.name == "PRM-COOL")
@@ -134,6 +149,42 @@ def test_what_holds_only_just_is_told_where_a_command_moves_it() -> None:
     )
     assert "holds only just" not in told(attempt(HOT, NEAR, FAR))
     assert "LIM-T-LOW" not in told(attempt(HOT, NEAR, FAR), sensitivities=(slope("LIM-T-LOW", "T1.sp", 1.0),))
+
+
+GOOD = replace(attempt(number=2), verdict=Approve("good", (NEAR,)), cost=Cost((CostItem("production", 2.125),), 15.0))
+SEARCHED = Alternative(
+    AlternativeKind.RELEASE, "normal > compensated", Cost((CostItem("production", 1.5),), 15.0), proposer="search"
+)
+
+
+def test_the_best_so_far_is_told_beside_what_is_approved_of_ones_own() -> None:
+    assert standing_text(None, (GOOD,), "EUR") == "", "nothing may be done"
+    before = standing_text(SEARCHED, (attempt(HOT),), "EUR")
+    assert before == "The best so far costs 1.5 EUR: release normal > compensated by search."
+    text = standing_text(SEARCHED, (attempt(HOT), GOOD), "EUR")
+    assert text.startswith(
+        "Approved of yours: normal > reduced_load: T1.sp=308 F1.sp=0.0255 V2.man=auto, costs 2.12 EUR; "
+        "the best so far costs 1.5 EUR: release normal > compensated by search."
+    )
+    assert "\n" not in text
+
+
+def test_what_leaving_the_plant_alone_costs_may_be_the_best_so_far() -> None:
+    left = Alternative(AlternativeKind.LEAVE, "normal", Cost((CostItem("production", 1.0),), 15.0))
+    assert standing_text(left, (), "EUR") == "The best so far costs 1 EUR: leave alone normal."
+
+
+def test_there_is_an_end_to_what_is_told_of_ones_own_and_the_cheapest_come_first() -> None:
+    many = [replace(GOOD, cost=Cost((CostItem("production", float(n)),), 15.0)) for n in range(9, 2, -1)]
+    text = standing_text(SEARCHED, many, "EUR")
+    assert re.findall(r"costs (\S+) EUR;", text) == ["3", "4", "5"]
+
+
+def test_what_is_approved_is_not_among_what_was_refused() -> None:
+    assert told(GOOD) == ""
+    malformed = attempt(finding("CHK-ANSWER", -math.inf), number=3, actions=None)
+    lines = told(attempt(HOT), GOOD, replace(malformed, members=0)).splitlines()
+    assert [line[:2] for line in lines[1:3]] == ["1.", "3."] and "# What attempt 1 violated" in lines
 
 
 def test_every_attempt_is_listed_in_order() -> None:

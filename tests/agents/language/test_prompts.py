@@ -18,11 +18,14 @@ from homeostat.agents.language.scripts import reasonable
 from homeostat.agents.language.situation import MOST_FINDINGS, NOT_JUDGED, NOTE_LIMIT, situation_text, worst_first
 from homeostat.agents.language.speaker import BUDGET, LEAST_GRAPH, MOST_GRAPH, OMISSION, room
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
-from homeostat.domain.advice import Advice
+from homeostat.domain.advice import Advice, Attempt
+from homeostat.domain.alternative import Alternative, AlternativeKind
+from homeostat.domain.cost import Cost, CostItem
 from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.plant.limits import LimitKind, Limits, Owner
-from homeostat.domain.verdict import Finding
-from homeostat.llm.model import Question
+from homeostat.domain.recovery import ActionSet, Command
+from homeostat.domain.verdict import Approve, Finding
+from homeostat.llm.model import APPROVED, Question
 from homeostat.llm.scripted import ScriptedModel
 from homeostat.llm.tokens import estimate, exact
 from tests.agents.language.situations import FAULTS, NOW_S, Agents, questions, situation
@@ -180,6 +183,24 @@ def test_the_hard_limits_are_always_in_the_action_s_part_of_the_graph(fault: str
 
 
 @pytest.mark.parametrize("fault", FAULTS)
+def test_permissives_are_in_the_action_s_part_of_the_graph_as_what_they_are_and_with_their_meaning(fault: str) -> None:
+    """Not as something that is not hard: a release is refused where one does not hold."""
+    shown = turtle(first(fault, "action"))
+    for permissive in PLANT.limits.of_kind(LimitKind.PERMISSIVE):
+        (line,) = (x for x in shown.splitlines() if x.startswith(f":limit_{permissive.name} "))
+        assert " a hs:Permissive; " in line and permissive.formula.text in line and "hs:hard" not in line
+        assert f'rdfs:comment "{permissive.description}"' in line
+
+
+def test_loops_and_equations_of_what_may_be_commanded_come_before_labels_and_modules() -> None:
+    shown = turtle(first("cool_stuck_closed", "action"))
+    explained = [k for k, x in enumerate(shown.splitlines()) if "hs:equationText" in x or "hs:hasSetpoint" in x]
+    named = [k for k, x in enumerate(shown.splitlines()) if "rdfs:label" in x or "VDI3682:isAssignedTo" in x]
+    assert ":equation_EQ-HEAT " in shown and ":loop_TIC1-loop " in shown
+    assert max(explained) < min(named, default=math.inf)
+
+
+@pytest.mark.parametrize("fault", FAULTS)
 def test_commands_are_told_with_bounds_increment_rate_and_present_value(fault: str) -> None:
     asked = first(fault, "action")
     commands: dict[str, object] = asked.schema["properties"]["commands"]["properties"]  # type: ignore[index]
@@ -231,6 +252,27 @@ def test_the_budget_of_tokens_is_kept(fault: str) -> None:
         count, whole = exact(shown), exact(question.system + question.prompt + json.dumps(question.schema))
         assert count is not None and count > 0.8 * LEAST_GRAPH and estimate(shown) <= MOST_GRAPH + OMISSION
         assert whole is not None and whole <= BUDGET < 0.6 * PUBLISHED
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_the_line_on_the_best_so_far_is_counted_in_the_budget(fault: str) -> None:
+    """It is in both questions, and the graph makes room for it as far as it does for anything."""
+    now, agents = situation(fault), Agents(ScriptedModel("m", reasonable), fault)
+    path = next(iter(agents.planning.choice(now, Advice()).paths.values()))
+    cost = Cost((CostItem("production", 2.125),), 15.0)
+    actions = ActionSet((Command("F1.sp", 0.01, None),), path.target)
+    own = Attempt(1, path, actions, Approve(actions.digest, ()), 12, cost)
+    advice = Advice(attempts=(own, own, own))
+    best = Alternative(AlternativeKind.WAIT, "normal > reduced_load", cost, proposer="search", seconds=20.0)
+    told = replace(now, best=best)
+    for question in (
+        agents.planning.choice(told, advice).question,
+        agents.action.order(told, path, advice).question,
+    ):
+        (line,) = (x for x in question.prompt.splitlines() if x.startswith(APPROVED))
+        assert "the best so far costs 2.12 EUR: wait normal > reduced_load for 20 s by search." in line
+        whole = estimate(question.system + question.prompt + json.dumps(question.schema))
+        assert whole <= BUDGET or estimate(turtle(question)) <= LEAST_GRAPH
 
 
 @pytest.mark.parametrize("words", [0, 300, 900, 5000])

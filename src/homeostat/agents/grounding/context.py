@@ -33,9 +33,9 @@ class ContextFinder(Protocol):
         ...
 
     def action_context(
-        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int
+        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], needed: Sequence[str], budget: int
     ) -> Context:
-        """What acting is shown: what ``tags`` move in ``states``, what ``faults`` mean, and the ``hard`` limits."""
+        """What acting is shown: what ``tags`` move in ``states``, what ``faults`` mean, and ``needed`` limits."""
         ...
 
     def step_context(self, state: str, faults: Sequence[str], budget: int) -> Context:
@@ -56,7 +56,7 @@ class NoContext:
         return nothing(budget)
 
     def action_context(
-        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int
+        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], needed: Sequence[str], budget: int
     ) -> Context:
         """Nothing."""
         return nothing(budget)

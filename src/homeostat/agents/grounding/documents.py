@@ -47,10 +47,10 @@ class DocumentContext:
         return self._found("planning_documents", (state, *ahead, *faults), asked, budget)
 
     def action_context(
-        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int
+        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], needed: Sequence[str], budget: int
     ) -> Context:
-        """The documents nearest to the states, the tags, the faults and the hard limits."""
-        asked = self._words(("state", states), ("tag", tags), ("fault", faults), ("limit", hard))
+        """The documents nearest to the states, the tags, the faults and the limits that are needed."""
+        asked = self._words(("state", states), ("tag", tags), ("fault", faults), ("limit", needed))
         return self._found("action_documents", (*states, *faults), asked, budget)
 
     def step_context(self, state: str, faults: Sequence[str], budget: int) -> Context:

@@ -72,14 +72,14 @@ class Grounding:
         return self._context("planning_fragment", (state, *ahead, *faults), bound, (here, *present), budget)
 
     def action_context(
-        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], hard: Sequence[str], budget: int
+        self, states: Sequence[str], tags: Sequence[str], faults: Sequence[str], needed: Sequence[str], budget: int
     ) -> Context:
         """What acting is shown: from the setpoints of ``states`` to what they move and what limits it.
 
-        ``tags`` may be commanded there; ``hard``: limits that are never left out before anything else is.
+        ``tags`` may be commanded there; ``needed``: limits that are never left out before anything else is.
         """
         present = self._nodes("fault", faults)
-        seeds = (*present, *self._nodes("tag", tags), *self._nodes("limit", hard))
+        seeds = (*present, *self._nodes("tag", tags), *self._nodes("limit", needed))
         bound: Arguments = {"states": self._nodes("state", states), "faults": present}
         return self._context("action_fragment", (*states, *faults), bound, seeds, budget)
 

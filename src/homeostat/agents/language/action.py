@@ -12,6 +12,7 @@ from homeostat.agents.language.speaker import Briefing
 from homeostat.agents.roles import Situation
 from homeostat.agents.search.candidates import SearchSpace, along_by_design
 from homeostat.domain.advice import COST, Advice, Sensitivity
+from homeostat.domain.plant.limits import LimitKind
 from homeostat.domain.plant.state_machine import SetpointRange, State
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import ActionSet, RecoveryPath, open_setpoints
@@ -59,7 +60,8 @@ class LanguageAction:
         """What the model is asked; ``slopes``: how the margins without action change with each command."""
         faults, choices = plausible_faults(situation.diagnosis), open_setpoints(path.commanded_states)
         chosen = [state for state in path.commanded_states if state.open_setpoints]
-        hard = [limit.name for limit in self._plant.limits.hard]
+        limits = self._plant.limits
+        needed = [limit.name for limit in (*limits.hard, *limits.of_kind(LimitKind.PERMISSIVE))]
         currency = self._briefing.prices.currency
         moves = any(s.criterion != COST for s in slopes)
         told = (
@@ -68,7 +70,7 @@ class LanguageAction:
             cost_slopes_text(slopes, self._plant, currency),
         )
         values = {
-            "situation": self._briefing.told(situation, idle=not moves),
+            "situation": self._briefing.told(situation, advice, idle=not moves),
             "where": _where(path, chosen),
             "commands": "\n".join(self._describe(r, situation) for r in choices),
             "feedback": "\n".join(filter(None, told)),
@@ -80,7 +82,7 @@ class LanguageAction:
         )
 
         def find(budget: int) -> Context:
-            return self._briefing.context.action_context(states, tags, faults, hard, budget)
+            return self._briefing.context.action_context(states, tags, faults, needed, budget)
 
         return Order(self._briefing.question("action", situation, "action.route", values, kind, find), kind, path)
 

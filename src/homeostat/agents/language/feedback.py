@@ -6,36 +6,58 @@ from collections.abc import Mapping, Sequence
 from homeostat.agents.language.prompt_files import fill
 from homeostat.agents.language.situation import MOST_FINDINGS, margin_text, nearest, worst_first
 from homeostat.domain.advice import COST, Advice, Attempt, Sensitivity
-from homeostat.domain.alternative import AlternativeKind
+from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.diagnosis import Hypothesis
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.limits import Criterion, Limit, LimitKind
 from homeostat.domain.quotation import quote
-from homeostat.domain.verdict import Finding
+from homeostat.domain.verdict import Approve, Finding
+from homeostat.llm.model import APPROVED
 
 LEAST_EFFECT = 1e-3
 """A change of margin per increment below this many scales is shown as none [1]."""
+MOST_OWN = 3
+"""Most approved proposals of its own that a model is told: the cheapest."""
 
 
 def feedback_text(advice: Advice, plant: PlantDescription, currency: str = "") -> str:
-    """A table of every earlier attempt, and the last one's violations with their sensitivities; empty before any.
+    """A table of all that was refused, and the last one's violations with their sensitivities; empty before any.
 
     ``currency``: what costs are in.
     """
-    if not advice.attempts:
+    refused = [a for a in advice.attempts if not isinstance(a.verdict, Approve)]
+    if not refused:
         return ""
     scales = plant.scales
     shown = worst_first(advice.findings, scales)[:MOST_FINDINGS]
     judged = _last_judged(advice)
     violated = [_told(f, advice.sensitivities, plant, judged) for f in shown]
-    costs = (cost_slopes_text(advice.sensitivities, plant, currency), _automatic(judged))
+    near = _near(advice, plant)
+    ranges = _ranges([*advice.findings, *judged.verdict.findings], advice.sensitivities) if violated or near else ""
+    costs = (ranges, cost_slopes_text(advice.sensitivities, plant, currency), _automatic(judged))
     values = {
-        "attempts": "\n".join(_attempt(attempt, scales) for attempt in advice.attempts),
+        "attempts": "\n".join(_attempt(attempt, scales) for attempt in refused),
         "number": str(judged.number),
-        "violated": "\n".join((*violated, *_near(advice, plant), *filter(None, costs))) or "nothing that was judged",
+        "violated": "\n".join((*violated, *near, *filter(None, costs))) or "nothing that was judged",
         "hint": f"Advice: {quote(advice.hint, 200)}" if advice.hint else "",
     }
     return fill("feedback", values)
+
+
+def standing_text(best: Alternative | None, attempts: Sequence[Attempt], currency: str) -> str:
+    """One line on what the best so far costs, and on what is approved of the model's own; empty for nothing.
+
+    ``attempts``: its own.
+    """
+    if best is None:
+        return ""
+    own = [(a.cost.total, a) for a in attempts if isinstance(a.verdict, Approve) and a.cost is not None]
+    cheapest = sorted(own, key=lambda pair: pair[0])[:MOST_OWN]
+    lead = f"the best so far costs {best.cost.total:.3g} {currency}: {best.told}."
+    if not own:
+        return lead[0].upper() + lead[1:]
+    told = "; ".join(f"{_path(a)}: {command_text(a)}, costs {total:.3g} {currency}" for total, a in cheapest)
+    return f"{APPROVED}{told}; {lead} Only something else that costs less is released instead; say so if there is none."
 
 
 def _near(advice: Advice, plant: PlantDescription) -> list[str]:
@@ -48,8 +70,9 @@ def _near(advice: Advice, plant: PlantDescription) -> list[str]:
 
 
 def _last_judged(advice: Advice) -> Attempt:
-    """The attempt that the findings of ``advice`` are about: the last that was rolled out, or else the last."""
-    return next((a for a in reversed(advice.attempts) if a.members), advice.attempts[-1])
+    """The attempt that the findings of ``advice`` are about: the last refused one that was rolled out, or the last."""
+    refused = [a for a in advice.attempts if not isinstance(a.verdict, Approve)]
+    return next((a for a in reversed(refused) if a.members), refused[-1])
 
 
 def _told(
@@ -81,6 +104,14 @@ def cost_slopes_text(slopes: Sequence[Sensitivity], plant: PlantDescription, cur
     return f"Cost per step, between the values in brackets: {', '.join(told)}" if told else ""
 
 
+def _ranges(findings: Sequence[Finding], slopes: Sequence[Sensitivity]) -> str:
+    """Between which values of each command the margins of ``findings`` were looked at; empty where no slope is told."""
+    names = {f.criterion for f in findings}
+    found = {s.tag: (s.low, s.high) for s in slopes if s.criterion in names and math.isfinite(s.high - s.low)}
+    told = ", ".join(f"{tag} {low:.4g} to {high:.4g}" for tag, (low, high) in found.items())
+    return f"Margins per step, looked at between: {told}" if told else ""
+
+
 def _automatic(judged: Attempt) -> str:
     """The commands that an attempt left on automatic; empty for none."""
     if judged.actions is None or judged.path is None:
@@ -95,7 +126,8 @@ def idle_text(findings: Sequence[Finding], slopes: Sequence[Sensitivity], plant:
     violated = worst_first(findings, plant.scales)[:MOST_FINDINGS]
     if not violated:
         return ""
-    return "\n".join(("# What leaving it alone violates", *(_told(f, slopes, plant) for f in violated)))
+    told = (_told(f, slopes, plant) for f in violated)
+    return "\n".join(("# What leaving it alone violates", *told, *filter(None, (_ranges(violated, slopes),))))
 
 
 def command_text(attempt: Attempt) -> str:
@@ -110,13 +142,18 @@ def command_text(attempt: Attempt) -> str:
 
 
 def _attempt(attempt: Attempt, scales: Mapping[str, float]) -> str:
+    worst = "; ".join(margin_text(f) for f in worst_first(attempt.verdict.findings, scales)[:3])
+    return f"{attempt.number}. {_path(attempt)}: {command_text(attempt)}: {worst}"
+
+
+def _path(attempt: Attempt) -> str:
+    """What was proposed, without its commands: ``normal > reduced_load``, ``wait 30 s``."""
     path = " > ".join(attempt.path.states) if attempt.path else "no usable path"
     if attempt.kind is AlternativeKind.WAIT:
-        path = f"wait {attempt.seconds:g} s"
-    elif attempt.kind is not AlternativeKind.RELEASE:
-        path = f"{attempt.kind.value} {path} for {attempt.seconds:g} s"
-    worst = "; ".join(margin_text(f) for f in worst_first(attempt.verdict.findings, scales)[:3])
-    return f"{attempt.number}. {path}: {command_text(attempt)}: {worst}"
+        return f"wait {attempt.seconds:g} s"
+    if attempt.kind is not AlternativeKind.RELEASE:
+        return f"{attempt.kind.value} {path} for {attempt.seconds:g} s"
+    return path
 
 
 def _formula(name: str, plant: PlantDescription) -> str:

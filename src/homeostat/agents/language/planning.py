@@ -77,7 +77,7 @@ class LanguagePlanning:
             )
         tests = {} if self.LASTING else {f"test {k}": probe for k, probe in enumerate(situation.tests, 1)}
         values = {
-            "situation": self._briefing.told(situation),
+            "situation": self._briefing.told(situation, advice),
             "paths": "\n".join(
                 f"- {name}: {self._describe(p)}{SAME if p == situation.rest else ''}" for name, p in paths.items()
             ),

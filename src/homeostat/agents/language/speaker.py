@@ -10,11 +10,13 @@ from pydantic import BaseModel
 from homeostat.agents.grounding.context import ContextFinder
 from homeostat.agents.grounding.grounding import Grounding
 from homeostat.agents.language.answers import NONE, AnswerType, Unusable, read, schema, unusable
+from homeostat.agents.language.feedback import standing_text
 from homeostat.agents.language.price_list import cost_text, price_list
 from homeostat.agents.language.prompt_files import fill, prompt_file, template_sha256
 from homeostat.agents.language.remarks import Said
 from homeostat.agents.language.situation import situation_text
 from homeostat.agents.roles import NoAdmissiblePlan, Simulation, Situation
+from homeostat.domain.advice import Advice
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.plant.prices import Prices
 from homeostat.knowledge.context.context import Context
@@ -75,10 +77,15 @@ class Briefing:
         self.said.take(question.agent, answer, {component.name for component in self.plant.components})
         return answer
 
-    def told(self, situation: Situation, idle: bool = True) -> str:
-        """``situation`` in words, operators' notes, and what doing nothing costs; ``idle``: and violates."""
+    def told(self, situation: Situation, advice: Advice, idle: bool = True) -> str:
+        """``situation`` in words, operators' notes, what doing nothing costs, and the best so far.
+
+        ``advice`` knows what is approved of the model's own; ``idle``: what doing nothing violates is told as well.
+        """
         text = situation_text(situation, self.plant, (*situation.notes, *self.notes), idle)
-        return "\n".join(line for line in (text, cost_text(situation.idle_cost, self.prices.currency)) if line)
+        currency = self.prices.currency
+        costs = cost_text(situation.idle_cost, currency), standing_text(situation.best, advice.attempts, currency)
+        return "\n".join(line for line in (text, *costs) if line)
 
     def question(
         self, agent: str, situation: Situation, task: str, values: Mapping[str, str], kind: AnswerType, find: Find

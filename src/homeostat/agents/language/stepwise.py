@@ -96,7 +96,7 @@ class StepAction:
         """What the model is asked about ``state``, and the type of its answers."""
         actuators, faults = self._actuators(state), plausible_faults(situation.diagnosis)
         values = {
-            "situation": self._briefing.told(situation),
+            "situation": self._briefing.told(situation, advice),
             "where": f"in state {state.name} ({quote(state.label, 60)})",
             "commands": "\n".join(self._tell(r, situation) for r in actuators),
             "feedback": feedback_text(advice, self._plant),

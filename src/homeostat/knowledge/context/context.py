@@ -10,10 +10,12 @@ from typing import Final
 from pyoxigraph import Literal, NamedNode, Triple
 
 from homeostat.domain.quotation import quoted
-from homeostat.knowledge.vocabulary.vocabulary import PREFIXES, RDF, XSD
+from homeostat.knowledge.vocabulary.vocabulary import PREFIXES, RDF, RDFS, VDI3682, XSD
 
 UNREACHED: Final = 99
 """Distance of what is not connected to the seeds [hops]."""
+NAMED: Final = frozenset({RDFS.label, VDI3682.isAssignedTo})
+"""What is said of things that are told apart by it rather than explained."""
 TEXT_LIMIT: Final = 120
 """Longest text that is shown [characters]."""
 _NUMBER: Final = re.compile(r"[+-]?(\d{1,20}(\.\d{0,20})?|\.\d{1,20})([eE][+-]?\d{1,3})?", re.ASCII)
@@ -53,9 +55,10 @@ def context(
 ) -> Context:
     """The things nearest to ``seeds`` that fit ``budget`` tokens as ``count`` counts them.
 
-    Nearness is the number of statements between a thing and the nearest seed, whatever their direction. A thing is
-    shown with everything that ``triples`` say about it, or not at all; one that does not fit does not end the list.
-    ``namespace`` is the plant's own.
+    Nearness is the number of statements between a thing and the nearest seed, whatever their direction. Of what is
+    connected to the seeds, things with a label or a place among the modules come last: equations and loops say more.
+    A thing is shown with everything that ``triples`` say about it, or not at all; one that does not fit does not end
+    the list. ``namespace`` is the plant's own.
     """
     about: dict[str, list[Triple]] = {}
     for triple in set(triples):
@@ -65,7 +68,12 @@ def context(
     lines: list[str] = []
     left_out: list[str] = []
     tokens = 0
-    for thing in sorted(about, key=lambda iri: (hops.get(iri, UNREACHED), iri)):
+
+    def order(thing: str) -> tuple[bool, bool, bool, int, str]:
+        far = hops.get(thing, UNREACHED)
+        return far > 0, far >= UNREACHED, any(t.predicate in NAMED for t in about[thing]), far, thing
+
+    for thing in sorted(about, key=order):
         line = _line(about[thing], namespace)
         cost = count(f"{line}\n")
         if tokens + cost <= budget:
