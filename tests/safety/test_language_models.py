@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import pytest
 
@@ -96,11 +97,12 @@ def test_a_server_that_takes_its_time_costs_no_more_than_it_may(means_harm: str,
 
 @pytest.mark.parametrize("name", [pytest.param("hang", marks=pytest.mark.wide), "slow_drip"])
 def test_the_fallback_acts_when_the_time_is_used_up(means_harm: str, name: str) -> None:
-    """The search is not there, so nobody else acts. How late it is on a quiet machine is in the results.
+    """The search is not there, so nobody else acts, and nobody may wait.
 
-    Time is that of this machine, which does other things as well.
+    How late it is on a quiet machine is in the results. Time is that of this machine, which does other things as well.
     """
-    plant, trace = reactor(), MemoryTrace()
+    made, trace = reactor(), MemoryTrace()
+    plant = replace(made, intervention=replace(made.intervention, waits=0))
     alone = Proposing(
         Language(asked_at(means_harm, name)), propose=lambda bench: (bench.speaking(),), budget=Budget(latency_s=2.0)
     )
