@@ -16,7 +16,7 @@ from homeostat.domain.observation import Arm, FallBack, NoAction, Observation
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released, Resolution, RolloutResult
-from homeostat.recovery.bounds import Budget
+from homeostat.recovery.bounds import Budget, InterventionBounds
 from homeostat.recovery.deadline import SHORTEST_S
 from homeostat.recovery.plant_rules import Bounds
 from tests.agents.scripted import ScriptedAction, diagnosis
@@ -324,7 +324,8 @@ def test_the_reason_of_a_hand_over_is_the_proposer_s_or_that_time_is_up(reason: 
 
 def test_who_proposes_nothing_in_time_hands_over() -> None:
     slow = ScriptedAction(GOOD, delay_s=5.0)
-    done = Recovery(ticks(1, 20, DOOMED), action=slow, bounds=Bounds(Budget(latency_s=0.02))).run()
+    bounds = Bounds(Budget(latency_s=0.02), InterventionBounds(waits=0))
+    done = Recovery(ticks(1, 20, DOOMED), action=slow, bounds=bounds).run()
     assert done.handed_over == ["no approved proposal within 0.0 s"]
 
 

@@ -17,6 +17,7 @@ from homeostat.domain.observation import NoAction
 from homeostat.domain.plant.limits import LimitKind, Limits, Owner
 from homeostat.domain.recovery import RecoveryPath
 from homeostat.domain.request import Answer, Request, RequestStatus
+from homeostat.domain.verdict import REPEATED
 from homeostat.guard.requests.permissives import refusal
 from homeostat.record.run_record import RunRecord
 from homeostat.record.story.story import Story
@@ -237,7 +238,7 @@ def test_why_a_test_is_refused_stands_in_the_list_and_its_proposer_is_told() -> 
     assert listed[0] == "" and no.message in listed, "not that no reason was given"
     told, again = advised[:2]
     assert told.kind is AlternativeKind.TEST and told.verdict.findings == (no,)
-    assert again.verdict.findings[0].criterion == TEST, "it is not on offer any more"
+    assert again.verdict.findings[0].criterion == REPEATED, "it is no other test because it is asked for again"
     assert len(done.trace.of(Probed)) == 1
 
 
