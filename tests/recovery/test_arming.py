@@ -37,7 +37,7 @@ class Scene:
     def send(self, message: object) -> None:
         self.sent.append(message)
 
-    def call(self, name: str, cause: str) -> None:
+    def alarm(self, name: str, cause: str) -> None:
         self.alarms.append(f"{name}: {cause}")
 
     async def within(self, what: str, limit_s: float, work: Coroutine[Any, Any, object]) -> object:

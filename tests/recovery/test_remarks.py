@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 from homeostat.agents.roles import NoAdmissiblePlan, Situation
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.events.recovery import Remarked
-from homeostat.domain.observation import Settled, Trouble
-from homeostat.domain.ports import GuardEvent
+from homeostat.domain.observation import Trouble
 from homeostat.domain.remark import Remark, RemarkKind
 from homeostat.guard.watch.alarms import Alarms, Troubles
 from homeostat.record.run_record import RunRecord
@@ -38,26 +37,21 @@ def test_it_is_recorded_and_a_person_is_called_for_a_cause_that_no_table_lists()
         ("talkative", RemarkKind.REASONING, "", "half feed holds"),
         ("talkative", RemarkKind.UNLISTED_CAUSE, "V2", "ice in the valve"),
     ]
-    assert [name for name, _ in done.alarms] == ["recovery:unlisted-cause"] and "V2" in done.alarms[0][1]
+    assert [name for name, _ in done.alarms] == ["recovery:unlisted-cause:V2"] and "V2" in done.alarms[0][1]
     assert by(done) == [("talkative", GOOD.digest)], "nothing is released or refused by it"
 
 
-def test_a_person_who_has_seen_one_cause_is_called_for_the_next() -> None:
-    """What was said is over once it is said: its alarm waits for a person and for nothing else."""
-    talkative = replace(proposer("talkative", ScriptedAction(GOOD)), remarks=Saying((CAUSE,)))
+def test_a_person_who_has_seen_one_cause_is_called_for_another_and_not_for_the_same() -> None:
+    alarms = Alarms(lambda event, at_s: None)
+    troubles, said = Troubles(alarms), (CAUSE, replace(CAUSE, about="J1"), CAUSE)
+    talkative = replace(proposer("talkative", ScriptedAction(GOOD)), remarks=Saying(said))
     done = doomed(NoAdmissiblePlan("nothing"), others=(talkative,)).run()
-    said: list[GuardEvent] = []
-    alarms = Alarms(lambda event, at_s: said.append(event))
-    troubles = Troubles(alarms)
-    for at_s, trouble in done.sent(Trouble):
-        troubles.begin(trouble, at_s)
-    for at_s, settled in done.sent(Settled):
-        troubles.end(settled, at_s)
-    assert [a.id for a in alarms.standing] == ["recovery:unlisted-cause"]
-    alarms.acknowledge("recovery:unlisted-cause", "Ada", 2.0)
-    assert not alarms.standing
-    troubles.begin(Trouble("recovery:unlisted-cause", "language suspects J1"), 3.0)
-    assert "J1" in alarms.standing[0].cause
+    called = [trouble for _, trouble in done.sent(Trouble)]
+    assert [t.name for t in called] == [f"recovery:unlisted-cause:{item}" for item in ("V2", "J1", "V2")]
+    for trouble in called:
+        troubles.begin(trouble, 1.0)
+        alarms.acknowledge(trouble.name, "Ada", 2.0)
+    assert [a.id for a in alarms.standing] == ["recovery:unlisted-cause:V2", "recovery:unlisted-cause:J1"]
 
 
 def test_what_reprompting_says_is_recorded_with_the_attempt_that_it_is_about() -> None:

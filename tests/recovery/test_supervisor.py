@@ -12,7 +12,7 @@ import pytest
 from homeostat.agents.roles import NoAdmissiblePlan
 from homeostat.domain.diagnosis import Diagnosis
 from homeostat.domain.events.recovery import Diagnosed, NoActionTaken, Noticed, Retrieved
-from homeostat.domain.observation import Arm, FallBack, NoAction, Observation
+from homeostat.domain.observation import Arm, FallBack, NoAction, Observation, Settled
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released, Resolution, RolloutResult
@@ -208,8 +208,11 @@ def overdue(*noticed_s: float) -> tuple[Recovery, Late]:
 def test_a_diagnosis_that_comes_too_late_is_acted_upon_when_it_comes() -> None:
     """Monitoring takes what it saw for explained, so nobody would ask again."""
     done, late = overdue()
+    assert [name for name, _ in done.alarms] == ["recovery:diagnosis"] and not done.sent(Settled)
     late.comes()
     done.run(*ticks(13, 20, DOOMED))
+    over = [m.name for _, m in done.sent(Settled)]
+    assert over.count("recovery:diagnosis") == 1, "with the next that is in time"
     assert done.monitoring.diagnosed == [10.0] and done.released == [13.0] and done.when(Diagnosed) == [10.0]
     assert done.monitoring.seen == [float(k) for k in range(1, 21)]
 

@@ -123,9 +123,10 @@ class Arming:
             first, *others = by_danger(self._rules.fallbacks, danger)
             served = [name for name in danger if name in first.serves]
             why = f"it is to bring {served[0]} back" if served else "as in the tables"
-            scene.call("arming", f"{late}; {first.name!r} acts first, {why}")
+            scene.alarm("arming", f"{late}; {first.name!r} acts first, {why}")
             scene.send(Arm((first.name, *(s.name for s in others)), named_s, tried=False, anew=anew))
             return armed
+        scene.well("arming")
         scene.send(Arm(tuple(v.strategy.name for v in ranked), named_s, anew=anew))
         best = ranked[0]
         approved = isinstance(best.verdict, Approve)

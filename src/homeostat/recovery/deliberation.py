@@ -93,7 +93,9 @@ class Deliberation:
             self._scene.record(Remarked.of(self.proposer.name, remark))
             if remark.kind is RemarkKind.UNLISTED_CAUSE:
                 said = f"{self.proposer.name} suspects {remark.about}: {quote(remark.text, 200)}"
-                self._scene.call("unlisted-cause", f"{said}; nothing was decided by it, look at {remark.about}")
+                self._scene.alarm(
+                    f"unlisted-cause:{remark.about}", f"{said}; nothing was decided by it, look at {remark.about}"
+                )
 
     async def _unless_it_hangs(self, work: Awaitable[T]) -> T:
         """One answer; TimeoutError where it never comes: what it is part of may have no end."""

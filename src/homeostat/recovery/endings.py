@@ -12,7 +12,7 @@ def nothing_is_known(scene: Scene, limit_s: float) -> None:
     """The diagnosis took longer than ``limit_s`` [s]: the first fallback of the tables is to act first."""
     scene.send(Arm(()))
     late = f"the diagnosis took longer than {limit_s:g} s; nothing counts as known"
-    scene.call("diagnosis", late)
+    scene.alarm("diagnosis", late)
     scene.record(Concluded(late))
 
 

@@ -34,7 +34,7 @@ class Scene:
     def __init__(self, desk: Desk, simulation: Simulation, grounding: Grounding, trace: Trace) -> None:
         """``simulation`` is kept up to date; ``grounding`` was asked for what ``trace`` takes besides the events."""
         self._desk, self._simulation, self._grounding, self._trace = desk, simulation, grounding, trace
-        self._unheard = False
+        self._called: set[str] = set()
         self._recent: deque[Snapshot] = deque(maxlen=RECENT)
         self._last: Observation | None = None
 
@@ -129,16 +129,18 @@ class Scene:
 
     def alarm(self, name: str, cause: str, priority: Priority = Priority.HIGH) -> None:
         """Call a person: ``cause`` is one sentence."""
+        self._called.add(name)
         self.send(Trouble(f"recovery:{name}", cause, priority))
 
     def settle(self, name: str) -> None:
         """What a person was called for is over."""
         self.send(Settled(f"recovery:{name}"))
 
-    def call(self, name: str, cause: str, priority: Priority = Priority.HIGH) -> None:
-        """Call a person because of something that is over already: it stands until somebody has seen it."""
-        self.alarm(name, cause, priority)
-        self.settle(name)
+    def well(self, name: str) -> None:
+        """What ``name`` is about went well: if a person was called for it, that is over."""
+        if name in self._called:
+            self._called.discard(name)
+            self.settle(name)
 
     def record(self, event: Event, at_s: float | None = None) -> None:
         """Say that ``event`` happened at ``at_s``, now where None; what was asked of the graph before it goes first.
@@ -157,9 +159,6 @@ class Scene:
         try:
             self._trace.record(event, at_s)
         except (OSError, ValueError) as error:
-            self._unheard = True
             self.alarm("journal", f"recovery's events are not journalled: {error}")
         else:
-            if self._unheard:
-                self._unheard = False
-                self.settle("journal")
+            self.well("journal")

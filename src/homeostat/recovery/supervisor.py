@@ -93,6 +93,7 @@ class RecoveryLoop:
             except TimeoutError:
                 self._probes.drop()
                 return nothing_is_known(scene, self._diagnosis_s)
+            scene.well("diagnosis")
             if not (diagnosis.news or deviates or scene.now.act_by_s is not None or self._is_due()):
                 return scene.record(Concluded("nothing is known that was not known before"))
             if diagnosis.faulty:

@@ -44,9 +44,10 @@ class Prospect:
             try:
                 await scene.within("the prediction", self._limit_s, self._roll_out(healthy))
             except TimeoutError as late:
-                scene.call("prediction", f"{late}; no step is expected at any time")
+                scene.alarm("prediction", f"{late}; no step is expected at any time")
                 self._again_s = seen.now_s + self._repeat_s
                 return None
+            scene.well("prediction")
         deviation = self._progress.deviates(seen)
         if deviation is not None:
             return Deviated.of(deviation, seen.state)
