@@ -5,10 +5,12 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from pkgutil import walk_packages
 
 import pytest
 
 from homeostat import __version__
+from homeostat.cli import commands
 from tests.cli.command import COMMAND, environment, homeostat, refused
 
 HEAVY = {
@@ -26,6 +28,21 @@ print(*sorted(name.partition(".")[0] for name in sys.modules), file=sys.stderr)
 """
 
 
+WITHOUT_EXTRAS = """
+import sys
+from importlib import import_module
+extras, commands = (text.split() for text in sys.argv[1:])
+sys.modules.update(dict.fromkeys(extras))
+for command in commands:
+    import_module(command)
+"""
+"""No command needs an extra to be loaded: what it needs it says in one line when it is carried out."""
+EXTRAS = (
+    "anthropic argon2 asyncua authlib bm25s bpe_openai dask distributed jinja2 joserfc openai pydantic_ai pyotp scipy "
+    "segno sklearn starlette uvicorn"
+)
+
+
 @pytest.mark.parametrize(
     "command",
     [
@@ -41,6 +58,14 @@ def test_help_imports_nothing_heavy(command: tuple[str, ...]) -> None:
     done = subprocess.run(arguments, env=environment(), capture_output=True, text=True, timeout=240, check=True)
     assert done.stdout.startswith(f"usage: {' '.join(('homeostat', *command))} ")
     assert not HEAVY & set(done.stderr.split())
+
+
+def test_commands_load_without_what_extras_install() -> None:
+    named = " ".join(one.name for one in walk_packages(commands.__path__, f"{commands.__name__}.") if not one.ispkg)
+    assert "homeostat.cli.commands.replay" in named and "homeostat.cli.commands.link.commissioning" in named
+    asked = [sys.executable, "-c", WITHOUT_EXTRAS, EXTRAS, named]
+    done = subprocess.run(asked, env=environment(), capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stderr
 
 
 def test_the_command_loads_nothing_heavy_to_show_its_help() -> None:

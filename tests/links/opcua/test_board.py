@@ -18,8 +18,9 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.links.opcua.connection.board import Board, NodeReading
 from homeostat.links.opcua.connection.keeper import Keeper
 from homeostat.links.opcua.mapping import LinkMapping, mapping_of
+from homeostat.links.opcua.reading.node_sample import NodeSample
 from homeostat.links.opcua.reading.process_time import ProcessTime
-from homeostat.links.opcua.reading.samples import NodeSample, Samples
+from homeostat.links.opcua.reading.samples import Samples
 from homeostat.links.opcua.reading.source import OpcuaSource
 from homeostat.service.attached.source import Onward
 from homeostat.service.historian.observed import Observed

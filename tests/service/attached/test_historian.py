@@ -25,7 +25,7 @@ from homeostat.history.quality import BAD
 from homeostat.history.samples import ALWAYS, NO_TIME, Batch
 from homeostat.history.store import Occurrence
 from homeostat.links.opcua.connection.board import NodeReading
-from homeostat.links.opcua.reading.samples import NodeSample
+from homeostat.links.opcua.reading.node_sample import NodeSample
 from homeostat.service.attached.place import HISTORY
 from homeostat.service.historian import line as lines
 from homeostat.service.historian.line import HistoryLine

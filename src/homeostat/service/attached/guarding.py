@@ -26,7 +26,7 @@ from homeostat.journal import Record, RunFinished, Setting, Summary
 from homeostat.journal.beside.files import JOURNAL
 from homeostat.links.opcua.link import OpcuaLink
 from homeostat.links.opcua.mapping import LinkMapping
-from homeostat.links.opcua.reading.samples import NodeSample
+from homeostat.links.opcua.reading.node_sample import NodeSample
 from homeostat.links.opcua.security.security import Security
 from homeostat.plants.wired.guarding import ISSUER
 from homeostat.record.directory import RunDirectory

@@ -12,7 +12,7 @@ import numpy as np
 from homeostat.history.quality import BAD, GOOD, UNCERTAIN
 from homeostat.history.samples import NO_TIME, Batch
 from homeostat.links.opcua.mapping import LinkMapping
-from homeostat.links.opcua.reading.samples import NodeSample
+from homeostat.links.opcua.reading.node_sample import NodeSample
 
 PROCESS_TIME: Final = "process time"
 """Name under which the process time of each sample is kept [s]: a plant in scaled time is read by it."""

@@ -9,7 +9,7 @@ from typing import Final, final
 
 from homeostat.history.occurrences import occurrence
 from homeostat.journal import Event
-from homeostat.links.opcua.reading.samples import NodeSample
+from homeostat.links.opcua.reading.node_sample import NodeSample
 from homeostat.service.historian.line import HistoryLine
 from homeostat.service.historian.observed import Observed
 

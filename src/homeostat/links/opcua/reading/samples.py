@@ -2,29 +2,16 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any, Final
+from typing import Final
 
 from homeostat.domain.plant.rules import GuardRules
-from homeostat.domain.snapshot import Snapshot
 from homeostat.links.opcua.connection.board import NodeReading
 from homeostat.links.opcua.connection.session import status_name
 from homeostat.links.opcua.mapping import LinkMapping, TagNodes
+from homeostat.links.opcua.reading.node_sample import NodeSample
 
 _SEVERITY_SHIFT: Final = 30
 """The two highest bits of a status are its severity."""
-
-
-@dataclass(frozen=True, slots=True)
-class NodeSample(Snapshot):
-    """A sample with what the nodes held when it was taken: several may wait, and the board knows the last one only."""
-
-    readings: Mapping[str, NodeReading] = field(default_factory=dict, compare=False, repr=False)
-    """Address -> what the server said of that node, as of this sample."""
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Another process is told of the plant, and not of its nodes."""
-        return Snapshot, tuple(getattr(self, each.name) for each in fields(Snapshot))
 
 
 class Samples:

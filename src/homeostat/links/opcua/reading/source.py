@@ -11,8 +11,9 @@ from homeostat.links.errors import LinkError
 from homeostat.links.opcua.connection.board import QUEUE, Board, NodeReading
 from homeostat.links.opcua.connection.keeper import Keeper
 from homeostat.links.opcua.mapping import LinkMapping
+from homeostat.links.opcua.reading.node_sample import NodeSample
 from homeostat.links.opcua.reading.process_time import ProcessTime
-from homeostat.links.opcua.reading.samples import NodeSample, Samples
+from homeostat.links.opcua.reading.samples import Samples
 
 WAIT_S = 0.4
 """Longest wait for a new sample, wall-clock [s]: the guard's tick waits a little longer."""
