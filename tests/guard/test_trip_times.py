@@ -115,6 +115,21 @@ def test_how_long_a_carrier_was_refuted_goes_back_as_slowly_as_it_came() -> None
     assert w.judge(hot(300.0, 314.5), uncertain="T") == ()
 
 
+@pytest.mark.parametrize("refuted_s", [61, 200])
+@pytest.mark.parametrize(("agreed_s", "believed"), [(1, False), (59, False), (60, True)])
+def test_a_refuted_carrier_is_believed_again_when_it_has_agreed_for_as_long(
+    refuted_s: int, agreed_s: int, believed: bool
+) -> None:
+    """One wild reading that violates the limit, too, does not make an instrument right that was wrong for minutes."""
+    w = Watch(replace(RULE, cusum=2.0, grace_s=30.0))
+    for _ in range(refuted_s):
+        assert w.judge(hot(300.0, 314.5)) == ()
+    for second in range(agreed_s):
+        assert w.judge(hot(313.1 if second % 2 else 312.9, 311.0 if second % 2 == 0 else 314.5)) == ()
+    found = [w.judge(hot(300.0, 314.5), uncertain="T") for _ in range(3)]
+    assert (TRIPS in found) is believed
+
+
 def test_before_anything_has_fallen_the_carrier_of_operation_counts() -> None:
     w = Watch(replace(RULE, cusum=3.0, fallen=parse("Tx <= 320", TAGS)))
     assert w.judge(hot(300.0, 315.0), uncertain="T") == TRIPS

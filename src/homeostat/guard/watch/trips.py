@@ -49,6 +49,7 @@ class _Watched:
     blind_s: float = 0.0
     doubted_s: float = 0.0
     refuted_s: float = 0.0
+    refuted: bool = False
     violated: bool = False
     disputed: bool = False
     disputed_s: float = 0.0
@@ -63,6 +64,15 @@ class _Watched:
     said_s: float = 0.0
     fell: bool = False
     fell_until_s: float = -math.inf
+
+    def refute(self, contradicted: bool, dt_s: float, grace_s: float) -> None:
+        """Add up for how long readings contradict what carries the limit.
+
+        What they have contradicted for longer than ``grace_s`` [s] carries nothing until both agree for as long: one wild
+        reading that agrees says nothing about it.
+        """
+        self.refuted_s = _used(self.refuted_s, dt_s, grace_s, contradicted)
+        self.refuted = self.refuted_s > (0.0 if self.refuted else grace_s)
 
     def hear(self, said: float, dt_s: float, counted_s: float, cusum: float) -> None:
         """Add up what the very reading says, and for how long, believed or not; NaN says nothing.
@@ -196,9 +206,9 @@ class TripWatch:
             if said < 0.0:  # what was not believed and has stayed was true all the time
                 watched.raw = max(watched.raw, watched.said)
             contradicted = said > 0.0 and rule.carrier is not None and margin_of(rule.carrier, values) < 0.0
-            watched.refuted_s = _used(watched.refuted_s, dt_s, self._refuted_s, contradicted)
+            watched.refute(contradicted, dt_s, self._refuted_s)
         # What carries a limit takes back nothing that its readings have shown.
-        carried = self._carried(rule, watched, readings) if doubted and watched.refuted_s <= self._refuted_s else None
+        carried = self._carried(rule, watched, readings) if doubted and not watched.refuted else None
         raw = said if carried is None else min(carried, 0.0)
         counted_s = min(dt_s, LONGEST * self._tick_s)
         watched.hear(said, dt_s, counted_s, rule.cusum)
