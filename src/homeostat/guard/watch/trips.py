@@ -68,8 +68,8 @@ class _Watched:
     def refute(self, contradicted: bool, dt_s: float, grace_s: float) -> None:
         """Add up for how long readings contradict what carries the limit.
 
-        What they have contradicted for longer than ``grace_s`` [s] carries nothing until both agree for as long: one wild
-        reading that agrees says nothing about it.
+        What they have contradicted for longer than ``grace_s`` [s] carries nothing until both agree for as long: one
+        wild reading that agrees says nothing about it.
         """
         self.refuted_s = _used(self.refuted_s, dt_s, grace_s, contradicted)
         self.refuted = self.refuted_s > (0.0 if self.refuted else grace_s)
