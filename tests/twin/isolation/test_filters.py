@@ -12,7 +12,7 @@ import pytest
 from homeostat.domain.diagnosis import FaultState
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.twin.carried import Carrier
-from homeostat.twin.isolation.evidence import Accuracy, Evidence
+from homeostat.twin.isolation.evidence import AT_ONCE, BOUND, Accuracy, Evidence, _filtered
 from homeostat.twin.isolation.prior import Prior
 from tests.twin.followed import disturbed, follow, reactor
 
@@ -92,3 +92,28 @@ def test_a_balance_that_says_nothing_has_no_end() -> None:
     assert mode.effect is not None and math.isinf(mode.effect.most)
     unbounded = replace(mode.effect, most=math.inf)
     assert unbounded == mode.effect
+
+
+@pytest.mark.parametrize("ticks", [1, 2, 64, 65, 66, 129, 300])
+@pytest.mark.parametrize("share", [0.02, 0.4, 0.999])
+def test_readings_come_through_the_filter_as_tick_by_tick(ticks: int, share: float) -> None:
+    given = np.random.default_rng(ticks).normal(size=(3, ticks))
+    expected = given.copy()
+    for tick in range(1, ticks):
+        expected[:, tick] = expected[:, tick - 1] + share * (given[:, tick] - expected[:, tick - 1])
+    kept = given.copy()
+    assert np.allclose(_filtered(given, share), expected, rtol=0.0, atol=1e-12)
+    assert np.array_equal(given, kept), "what came in is as it was"
+
+
+@pytest.mark.parametrize("count", [1, AT_ONCE, 2 * AT_ONCE + 1])
+def test_a_loss_is_what_is_freed_and_what_is_bounded_of_the_rest(count: int) -> None:
+    """z = (I + D'D)^-1 D' r and |z|^2 + |min(max(r - D z, -12), 12)|^2, row by row."""
+    known = evidence(0.0)
+    residuals = np.random.default_rng(count).normal(scale=8.0, size=(count, known.directions.shape[0]))
+    d = known.directions
+    for row, loss, left in zip(residuals, known.losses(residuals), known.left(residuals), strict=True):
+        z = np.linalg.solve(np.eye(d.shape[1]) + d.T @ d, d.T @ row)
+        rest = row - d @ z
+        assert left == pytest.approx(rest, abs=1e-6)
+        assert loss == pytest.approx(float(z @ z + np.square(np.clip(rest, -BOUND, BOUND)).sum()), rel=1e-9)

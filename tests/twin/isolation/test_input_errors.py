@@ -46,7 +46,7 @@ def loss(window: Window, lag_s: float) -> float:
     evidence = Evidence(
         MODEL, Carrier(MODEL, PLANT.description), window, POSTERIOR, Accuracy(PLANT.twin.errors, 0.01, lag_s)
     )
-    return float(evidence.losses(evidence.residuals([()]))[0][0])
+    return float(evidence.losses(evidence.residuals([()]))[0])
 
 
 @pytest.mark.parametrize("late", [(("cmd_VO1", 1),), (("cmd_P1", 2),), (("cmd_VO1", 2), ("cmd_P1", 1))])

@@ -41,7 +41,8 @@ def with_doubt(
     ranked = sorted(best.items(), key=lambda item: -item[1].score)[:MOST]
     if len(ranked) < 2 or not ranked[0][1].faults:
         return list(scored)
-    loss, left = evidence.losses(evidence.residuals([(), *(each.replayed for _, each in ranked)]))
+    residuals = evidence.residuals([(), *(each.replayed for _, each in ranked)])
+    loss, left = evidence.losses(residuals), evidence.left(residuals)
     moved = left[0] - left[1]
     effect, best_faults = float(np.linalg.norm(moved)), {f.fault for f in ranked[0][1].faults}
     gained: dict[Claim, float] = {}

@@ -139,8 +139,8 @@ def fit_of_nothing(evidence: Evidence) -> tuple[Fit, bool]:
 
     ProcessError where the model leaves the physical world.
     """
-    _, left = evidence.losses(evidence.residuals([()]))
-    return evidence.fit(left[0]), not evidence.fit(left[0], SHORT).strained
+    left = evidence.left(evidence.residuals([()]))[0]
+    return evidence.fit(left), not evidence.fit(left, SHORT).strained
 
 
 def lead_of_nothing(evidence: Evidence, known: Sequence[FaultSet], stopped: Sequence[FaultSet] = ()) -> float:

@@ -122,7 +122,7 @@ class Established:
         ``evidence`` as they are seen beside these, with their :meth:`accuracy`.
         """
         try:
-            _, left = evidence.losses(evidence.residuals([faults]))
+            left = evidence.left(evidence.residuals([faults]))
         except ProcessError:
             return False
         table = left[0].reshape(evidence.shape)

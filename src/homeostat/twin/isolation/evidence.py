@@ -50,6 +50,10 @@ STRAINED_MEAN_SQUARE, STRAINED_BLOCK = 1.25, 5.0
 """Where more is left, further changes are looked for; a right explanation leaves 1.1 and 4, on any plant [1]."""
 BLOCK = 30
 """Readings in a block, whose mean square says whether an explanation fits everywhere."""
+AT_ONCE = 32
+"""Sets of which is worked out at once what is left: what is made on the way fits into a cache."""
+FILTERED = 64
+"""Readings that are filtered at once."""
 MOST_NUMBERS = 20_000_000
 """Readings that are compared at once, over all sets: of sixty instruments they would take all the memory there is."""
 
@@ -130,6 +134,7 @@ class Evidence:
         self._weight = counts / np.hypot(noise, accuracy.gain * moved)
         self.directions = self._nuisance_directions(known, bias / noise, accuracy)
         self.inner = np.linalg.inv(np.eye(self.directions.shape[1]) + self.directions.T @ self.directions)
+        self._along, self._back = self.directions @ self.inner, self.directions.T.copy()
 
     def on(self, window: Window) -> Evidence:
         """The same of the readings of another ``window``, of which nothing is known."""
@@ -142,16 +147,10 @@ class Evidence:
 
     def whiten(self, change: Cube) -> Table:
         """Changes of readings, shape (n, ticks, variables), in standard deviations, shape (n, readings)."""
-        return np.asarray(self._through_filters(change.copy()) * self._weight).reshape(len(change), self._weight.size)
-
-    def _through_filters(self, shown: Cube) -> Cube:
-        """``shown``, shape (n, ticks, variables), as it comes through the transmitters' filters; changed in place."""
+        found = change * self._weight
         for j, share in self._damped.items():
-            now = shown[:, 0, j].copy()
-            for tick in range(1, shown.shape[1]):
-                now += share * (shown[:, tick, j] - now)
-                shown[:, tick, j] = now
-        return shown
+            found[:, :, j] = _filtered(change[:, :, j], share) * self._weight[:, j]
+        return np.asarray(found).reshape(len(change), self._weight.size)
 
     def residuals(self, sets: Sequence[FaultSet]) -> Table:
         """Readings minus what each of ``sets`` predicts, in standard deviations, shape (sets, readings)."""
@@ -165,7 +164,9 @@ class Evidence:
     def _misfit(self, run: Replay) -> Table:
         """Readings minus what was predicted, in standard deviations, shape (members, readings)."""
         # In place: what was predicted may be tens of megabytes.
-        predicted = self._through_filters(run.predicted)
+        predicted = run.predicted
+        for j, share in self._damped.items():
+            predicted[:, :, j] = _filtered(predicted[:, :, j], share)
         misfit = np.subtract(self._seen, predicted, out=predicted)
         misfit *= self._weight  # a reading that was not there says nothing
         return misfit.reshape(len(misfit), -1)
@@ -180,12 +181,22 @@ class Evidence:
             return False
         return bool(np.ptp(shown[-BLOCK:, every.index(variable)]) == 0.0)
 
-    def losses(self, residuals: Table) -> tuple[Vec, Table]:
-        """Loss of each row of ``residuals`` and what is left of it; shapes (n,), (n, readings)."""
-        z = residuals @ self.directions @ self.inner
-        left = residuals - z @ self.directions.T
-        bounded = np.clip(left, -BOUND, BOUND)
-        return np.einsum("ij,ij->i", bounded, bounded) + np.einsum("ij,ij->i", z, z), left
+    def losses(self, residuals: Table) -> Vec:
+        """Loss of each row of ``residuals``, shape (n, readings), shape (n,)."""
+        z = residuals @ self._along
+        found = np.einsum("ij,ij->i", z, z)
+        room = np.empty((min(len(z), AT_ONCE), residuals.shape[1]))  # stays in the cache, and is there already
+        for k in range(0, len(z), AT_ONCE):
+            rows = slice(k, k + AT_ONCE)
+            left = np.matmul(z[rows], self._back, out=room[: len(z[rows])])
+            np.subtract(residuals[rows], left, out=left)
+            np.clip(left, -BOUND, BOUND, out=left)
+            found[rows] += np.einsum("ij,ij->i", left, left)
+        return found
+
+    def left(self, residuals: Table) -> Table:
+        """What is left of ``residuals`` without what is uncertain anyway, shape (n, readings)."""
+        return np.asarray(residuals - (residuals @ self._along) @ self._back)
 
     def likelihoods(self, sets: Sequence[FaultSet]) -> Vec:
         """Log-likelihood of each of ``sets`` up to a constant [nats], shape (sets,).
@@ -204,12 +215,11 @@ class Evidence:
             return np.concatenate([self.likelihoods(sets[:half]), self.likelihoods(sets[half:])])
         lost = np.isnan(run.state).any(axis=1)
         run.predicted[lost] = 0.0
-        loss, _ = self.losses(self._misfit(run))
-        return np.where(lost, -np.inf, -0.5 * loss / TEMPER)
+        return np.where(lost, -np.inf, -0.5 * self.losses(self._misfit(run)) / TEMPER)
 
     def fit_of(self, faults: FaultSet) -> Fit:
         """How well ``faults`` explain the readings."""
-        return self.fit(self.losses(self.residuals([faults]))[1][0])
+        return self.fit(self.left(self.residuals([faults]))[0])
 
     def fit(self, left: Vec, block: int = BLOCK) -> Fit:
         """How well an explanation fits of which ``left`` is left, shape (readings,), in blocks of so many readings.
@@ -272,6 +282,23 @@ class Evidence:
                 confirmed = float(np.clip(away @ seen / max(float(away @ away), 1e-300), 0.0, 1.0))
                 change[j, :, j] = gain * confirmed * away
         return self.whiten(change)
+
+
+def _filtered(shown: Table, share: float) -> Table:
+    """``shown``, shape (n, ticks), as it comes through a filter that follows by this ``share`` within a tick.
+
+    y_t = y_(t-1) + share (x_t - y_(t-1)) from y_0 = x_0 on: y_(t+k) is (1 - share)^k y_t and share (1 - share)^(k-i) of
+    each x_(t+i) since.
+    """
+    found = np.array(shown)  # readings of a member lie next to each other now
+    age = np.arange(FILTERED)[:, None] - np.arange(FILTERED)[None, :]
+    weights = np.where(age >= 0, share * (1.0 - share) ** np.maximum(age, 0), 0.0)
+    kept = (1.0 - share) ** np.arange(1, FILTERED + 1)
+    for first in range(1, found.shape[1], FILTERED):
+        new = found[:, first : first + FILTERED]
+        count = new.shape[1]
+        new[:] = new @ weights[:count, :count].T + found[:, first - 1, None] * kept[:count]
+    return found
 
 
 def _fit(squares: Table, block: int = BLOCK) -> Fit:

@@ -242,7 +242,7 @@ class FaultIsolation:
         ProcessError where the model leaves the physical world.
         """
         evidence = Evidence(self._model, self._carrier, window, posterior, self._accuracy)
-        return evidence.fits(evidence.losses(evidence.residuals([()]))[1][0])
+        return evidence.fits(evidence.left(evidence.residuals([()]))[0])
 
     def ended(
         self, known: Sequence[FaultSet], windows: Iterable[Window], posterior: Posterior, beside: FaultSet = ()

@@ -135,8 +135,7 @@ class LinearPass:
 
     def likelihoods(self, changes: Table) -> Vec:
         """Log-likelihoods where readings change so, shape (n, readings) [nats], shape (n,)."""
-        loss, _ = self._evidence.losses(self._residual - changes)
-        return np.asarray(-0.5 * loss / TEMPER)
+        return np.asarray(-0.5 * self._evidence.losses(self._residual - changes) / TEMPER)
 
 
 @dataclass(frozen=True, slots=True)
