@@ -314,3 +314,36 @@ def test_a_state_of_many_setpoints_is_searched_like_one_of_few(size: int) -> Non
         low, *_, high = sorted(p[k] for p in scattered if p[k] is not None)
         assert low < 0.2 and high > 0.8, f"dimension {k} is looked at from {low:.2f} to {high:.2f} alone"
     assert len(near) <= 1 + 2 * size * size and len(set(near)) == len(near)
+
+
+# --- the last decision -------------------------------------------------------------------------------------------
+
+
+def test_a_search_begins_with_what_the_last_decision_found() -> None:
+    """A point between those that are tried anyway: whoever has found it tries it again on the plant as it is now."""
+    one, other = search(QUICK), search(QUICK)
+    at = now()
+    way = asyncio.run(SearchPlanning(reactor().description, grounding()).plan(at, Advice()))
+    for action in (one, other):
+        asyncio.run(action.act(at, way, Advice()))
+        action._twin.observe(stuck()[NOW_S])
+    assert one._last == other._last and way.target in one._last
+    first, *rest = one._last[way.target].commands
+    assert first.tag == "F1.sp" and first.value is not None
+    between = replace(one._last[way.target], commands=(replace(first, value=first.value + 1.23e-4), *rest))
+    one._last[way.target] = between
+    after = replace(at, snapshot=stuck()[NOW_S], recent=stuck()[: NOW_S + 1])
+    for action in (one, other):
+        asyncio.run(action.act(after, way, Advice()))
+    held = next(c for c in one._last[way.target].commands if c.tag == "V2.man")  # the valve is held elsewhere by now
+    settled = replace(between, commands=tuple(held if c.tag == held.tag else c for c in between.commands))
+    assert one.margins(settled) and not other.margins(settled)
+
+
+def test_what_the_last_decision_found_is_a_bound_of_what_its_path_costs() -> None:
+    action, at = search(QUICK), now()
+    way = asyncio.run(SearchPlanning(reactor().description, grounding()).plan(at, Advice()))
+    (cold,) = asyncio.run(action.bounds(at, [way]))
+    asyncio.run(action.act(at, way, Advice()))
+    (warm,) = asyncio.run(action.bounds(at, [way]))
+    assert warm <= cold

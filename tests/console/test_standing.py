@@ -27,12 +27,14 @@ from homeostat.domain.events.recovery import (
     LaterStep,
     NoActionTaken,
     Noticed,
+    Probed,
     ReleasedActions,
     ReleaseRefused,
     Waited,
 )
 from homeostat.domain.events.trips import FallbackActivated, Latched, LatchReset
 from homeostat.domain.events.writes import Cause, WriteIntended
+from homeostat.domain.recovery import Command
 from homeostat.domain.verdict import Finding, Owner
 from homeostat.journal import Event, RunFinished
 from homeostat.journal.memory import Entry
@@ -59,6 +61,8 @@ A, B, W = Compared("EUR", (), "a"), Compared("EUR", (), "b"), Compared("EUR", (W
 NOTHING = Compared("EUR", (), "")
 STEPS = replace(tried("a"), then=(LaterStep("fill", "L1 >= 2", "u", ()),))
 TA, TB, TW = tried("a"), tried("b"), tried("rest", what=AlternativeKind.WAIT)
+LOOKED_ON = Probed(("warm", "dirty"), "", (), 60.0, 1.0, 0.2, 0.01)
+TESTED = replace(LOOKED_ON, state="u", commands=(Command("F", 1.0, None),))
 WAITED = Waited("recovery", 60.0, "t > u")
 OFFERED, ADVISED, ACCEPTED, CONFIRMED = (said(s) for s in ("offered", "advised", "accepted", "confirmed"))
 NO = said("refused", check="CHK-PERSON", reason="Bo: too hot")
@@ -150,6 +154,9 @@ TABLE: list[tuple[str, tuple[Event, ...], tuple[str, Stands] | None, tuple[str, 
     ("a wait is tried", (TW,), ("wait 60", S.TRIED), None, ""),
     ("a wait is chosen", (TA, TW, W), ("w", S.CHOSEN), None, ""),
     ("a wait is decided", (TA, TW, W, WAITED), ("w", S.WAITED), None, "looked at again at 70 s; to 'u' is expected"),
+    ("a wait to learn", (TW, W, LOOKED_ON), ("w", S.WAITED), None, "'warm' is to be told from 'dirty' by then"),
+    ("a wait to learn, and a look", (TW, W, LOOKED_ON, LOOK, Diagnosed((), ())), None, ("w", S.OVERTAKEN), ""),
+    ("a test move", (TA, A, TESTED), ("a", S.CHOSEN), None, ""),
     ("a wait, and nothing new meanwhile", (TW, W, WAITED, LOOK, Concluded("no news")), ("w", S.WAITED), None, ""),
     ("a wait, and a diagnosis", (TW, W, WAITED, LOOK, Diagnosed((), ())), None, ("w", S.OVERTAKEN), "at again"),
     ("a wait after a release", (TA, A, CONFIRMED, TW, W, WAITED), ("w", S.WAITED), None, ""),

@@ -14,6 +14,7 @@ from homeostat.domain.events.recovery import (
     Compared,
     Deviated,
     NoActionTaken,
+    NotAsked,
     Probed,
     ProbeEnded,
     ReleasedActions,
@@ -79,6 +80,16 @@ def test_a_test_move_is_told_with_what_it_is_for_and_what_came_of_it() -> None:
     assert "a wait for 6 s to tell" in str(line)
     (line,) = story.tell(ProbeEnded(apart, FORGED, 0.6, False), 135.0)
     assert str(line).isprintable() and "not told apart: 60 %" in str(line)
+
+
+@pytest.mark.parametrize(
+    ("answer_s", "lost", "gain", "said"),
+    [(21.0, 0.84, 0.6, "an answer takes 21.0 s, in which 0.84 EUR are lost, and may win 0.6 EUR at most"),
+     (0.0, 0.0, 0.0, "nothing can cost less than what is approved")],
+)  # fmt: skip
+def test_why_somebody_is_asked_no_further_is_told(answer_s: float, lost: float, gain: float, said: str) -> None:
+    (line,) = Story(load_plant("cstr").description).tell(NotAsked("language", answer_s, lost, gain, "EUR"), 930.0)
+    assert str(line) == f"    930 s  enough    language is asked no further: {said}"
 
 
 def alternative(kind: AlternativeKind, name: str, amount: float, refused: str = "", proposer: str = "") -> Alternative:

@@ -70,6 +70,8 @@ def asked(done: Recovery) -> list[str]:
 LATENCY = Bounds(Budget(latency_s=3.0))
 MORE_THAN_HALF_S = 1.6
 """Time that is there where all of it is used, also on a busy host, and not where half of it is kept [s]."""
+HANGS_S = 0.6
+"""One answer hangs after this, where thinking costs what is declared [s]."""
 
 
 class Polish:

@@ -16,12 +16,18 @@ from homeostat.domain.certificate import Certificate
 from homeostat.domain.cost import PRODUCT, Cost, CostItem
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Approve
-from homeostat.recovery.alternatives import LITTLE, Alternatives
+from homeostat.recovery.alternatives import Alternatives
 from homeostat.recovery.choices import Waiting
+from homeostat.recovery.worth_asking import AnswerTimes
 from homeostat.twin.twin import Interruption
-from tests.recovery.line import HALF, MACHINE, feed
+from tests.recovery.line import HALF, LIMITS, MACHINE, feed, priced
 
 WORTH = 10.0
+PRICES = priced(LIMITS)
+RELEASE = PRICES.release
+"""A release [EUR]."""
+HORIZON_S = WORTH / PRICES.worth(1.0)
+"""How long the line takes to make that much [s]."""
 REDUCE = RecoveryPath(MACHINE, tuple(t for t in MACHINE.transitions if t.name == "reduce"))
 
 
@@ -43,7 +49,7 @@ FELL = Alternative(AlternativeKind.FALLBACK, "drain", costs(9.0), "it acts where
 
 
 def listed(*proposals: Approved, given: tuple[Alternative, ...] = ()) -> Alternatives:
-    made = Alternatives([(one, RESTING) for one in given], "EUR")
+    made = Alternatives([(one, RESTING) for one in given], PRICES)
     for one in proposals:
         made.add(one)
     return made
@@ -103,14 +109,74 @@ def test_what_cannot_be_judged_never_wins_over_leaving_alone() -> None:
     assert listed(found(math.inf), given=(left(5.0),)).best is None
 
 
-@pytest.mark.parametrize(("share", "worth"), [(LITTLE, False), (math.nextafter(LITTLE, 1.0), True), (-0.1, False)])
-def test_a_better_one_is_waited_for_where_it_may_win_something(share: float, worth: bool) -> None:
-    assert listed(found(share * WORTH)).worth_waiting is worth
+def test_what_an_answer_may_win_and_what_is_lost_until_it_is_there() -> None:
+    """The best costs 3 EUR, leaving alone 7: 4 EUR more over the horizon, and nothing costs less than a release."""
+    worth = listed(found(3.0), given=(left(7.0, "too hot"),)).worth()
+    assert worth is not None
+    assert worth.gain == pytest.approx(3.0 - RELEASE) and worth.lost_per_s * HORIZON_S == pytest.approx(4.0)
+    limit_s = HORIZON_S * (3.0 - RELEASE) / 4.0
+    assert worth.longest_s == pytest.approx(limit_s)
+    assert worth.pays(0.999 * limit_s) and not worth.pays(1.001 * limit_s)
 
 
-def test_a_better_one_is_waited_for_where_nothing_can_be_released() -> None:
-    assert listed().worth_waiting
-    assert listed(found(0.01), given=(left(0.005),)).worth_waiting, "it costs more than leaving alone"
+def test_where_nothing_is_approved_any_answer_is_worth_waiting_for() -> None:
+    assert listed().worth() is None
+    assert listed(found(0.4), given=(left(0.3),)).worth() is None, "it costs more than leaving alone"
+
+
+def test_what_costs_a_release_and_nothing_else_cannot_be_bettered() -> None:
+    worth = listed(found(RELEASE), given=(left(RELEASE - 0.1, "too hot"),)).worth()
+    assert worth is not None and not worth.pays(0.0), "although waiting costs nothing"
+
+
+def test_a_test_move_on_offer_may_win_what_it_is_worth_besides() -> None:
+    made = listed(found(RELEASE), given=(left(5.0, "too hot"),))
+    worth = made.worth(test=0.1)
+    assert worth is not None and worth.gain == pytest.approx(0.1 * WORTH)
+
+
+@pytest.mark.parametrize("leaving", [math.inf, -math.inf, math.nan])
+def test_what_nobody_can_say_of_leaving_alone_ends_nothing(leaving: float) -> None:
+    for lines in ((left(leaving, "too hot"),), ()):
+        worth = listed(found(3.0), given=lines).worth()
+        assert worth is not None and worth.pays(1e9) and worth.longest_s == math.inf
+
+
+costly, taking = st.floats(0.0, 50.0), st.floats(0.0, 1e4)
+
+
+@given(st.lists(costly, min_size=1), costly, taking, taking)
+def test_whoever_takes_longer_is_never_waited_for_where_a_quicker_one_is_not(
+    proposals: list[float], leaving: float, one_s: float, other_s: float
+) -> None:
+    worth = listed(*map(found, proposals), given=(left(leaving, "too hot"),)).worth()
+    assert worth is not None
+    quick, slow = sorted((one_s, other_s))
+    assert worth.pays(quick) or not worth.pays(slow)
+    assert worth.gain <= min(proposals) and worth.gain >= 0.0 and worth.lost_per_s >= 0.0
+
+
+@given(st.lists(costly, min_size=1), costly, costly, taking)
+def test_a_better_one_that_is_found_never_makes_anybody_wait_longer(
+    proposals: list[float], another: float, leaving: float, answer_s: float
+) -> None:
+    alone = (left(leaving, "too hot"),)
+    before = listed(*map(found, proposals), given=alone).worth()
+    after = listed(*map(found, [*proposals, another]), given=alone).worth()
+    assert before is not None and after is not None
+    assert before.pays(answer_s) or not after.pays(answer_s)
+
+
+@given(st.lists(st.tuples(st.sampled_from("ab"), st.floats(0.0, 600.0))))
+def test_an_answer_is_expected_to_take_as_long_as_those_of_the_same_proposer_did(
+    answers: list[tuple[str, float]],
+) -> None:
+    times = AnswerTimes()
+    for name, seconds in answers:
+        times.took(name, seconds)
+    for name in "ab":
+        own = [seconds for by, seconds in answers if by == name]
+        assert times.expected_s(name) == pytest.approx(sum(own) / len(own) if own else 0.0)
 
 
 def test_the_list_begins_anew_with_what_may_be_done_without_a_proposal() -> None:
@@ -156,7 +222,7 @@ def test_each_alternative_is_certified_once() -> None:
 
 
 def test_what_goes_on_by_itself_is_what_goes_on_when_it_is_asked() -> None:
-    made = Alternatives([(left(2.0), None), (FELL, RESTING)], "EUR")
+    made = Alternatives([(left(2.0), None), (FELL, RESTING)], PRICES)
     later = feed(HALF, "reduced")
     assert made.uncertified(later) == [Course(later), RESTING]
 

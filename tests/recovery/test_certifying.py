@@ -31,7 +31,7 @@ from homeostat.recovery.plant_rules import Bounds
 from homeostat.recovery.scene import Scene
 from homeostat.twin.twin import Interruption
 from tests.recovery.desk import AT_ONCE, Graph, Recovery, ScriptedDesk, ticks
-from tests.recovery.line import BAD, GOOD, LIMITS, TAGS, LineTwin
+from tests.recovery.line import BAD, GOOD, LIMITS, TAGS, LineTwin, priced
 from tests.recovery.rivals import LATENCY, by, doomed
 from tests.safety.world import reading
 
@@ -178,7 +178,7 @@ def test_nothing_is_drawn_when_time_is_over() -> None:
     twin = ListedTwin()
     twin.observe(reading(50.0))
     simulation = TwinSimulation(twin, TAGS, LIMITS)  # type: ignore[arg-type]
-    alternatives = Alternatives([(Alternative(AlternativeKind.LEAVE, "running", Cost((), 1.0)), None)], "EUR")
+    alternatives = Alternatives([(Alternative(AlternativeKind.LEAVE, "running", Cost((), 1.0)), None)], priced(LIMITS))
 
     async def late() -> None:
         scene = Scene(ScriptedDesk(ticks(1, 2)), simulation, Graph(), MemoryTrace())  # type: ignore[arg-type]

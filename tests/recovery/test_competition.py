@@ -10,7 +10,7 @@ import pytest
 from homeostat.agents.roles import NoAdmissiblePlan, Situation, Wait
 from homeostat.domain.advice import Advice
 from homeostat.domain.alternative import AlternativeKind
-from homeostat.domain.events.recovery import Attempted, Compared, GaveUp, NoActionTaken
+from homeostat.domain.events.recovery import Attempted, Compared, GaveUp, NoActionTaken, NotAsked
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.prices import Price, PriceKind
 from homeostat.domain.recovery import ActionSet
@@ -104,16 +104,27 @@ NEARLY = Limits((HOT,), (CALM, criterion("ACC-LESS", "always (F.sp <= 0.0298)", 
 CHEAP = (*FREE, Price(PriceKind.RELEASE, "release", 0.0))
 
 
-@pytest.mark.parametrize(("rate", "needed"), [(0.0297, False), (0.0293, True)])
-def test_the_next_one_is_asked_only_where_there_is_something_to_win(rate: float, needed: bool) -> None:
-    """One percent of production is not worth waiting for; 2.3 % are."""
-    unneeded = ScriptedAction(feed(0.0296, "reduced"))
+def test_the_next_one_is_asked_where_it_may_win_anything() -> None:
+    """Waiting costs nothing where leaving the line alone is as cheap: one percent of production is worth it."""
+    other = ScriptedAction(feed(0.0296, "reduced"))
     done = Recovery(
-        ticks(1, 20, FINE), action=ScriptedAction(feed(rate, "reduced")), limits=NEARLY, rows=CHEAP,
+        ticks(1, 20, FINE), action=ScriptedAction(feed(0.0293, "reduced")), limits=NEARLY, rows=CHEAP,
+        others=(proposer("second", other),),
+    ).run()  # fmt: skip
+    assert [name for name, _ in by(done)] == ["second"] and not done.trace.of(NotAsked)
+
+
+def test_nobody_else_is_asked_where_nothing_can_cost_less() -> None:
+    """The first costs a release and nothing else, and leaving the line alone is forbidden."""
+    unneeded = ScriptedAction(GOOD)
+    more = Limits((HOT,), (CALM, criterion("ACC-MORE", "always (F.sp >= 0.0301)", hard=True)))
+    done = Recovery(
+        ticks(1, 20, FINE), action=ScriptedAction(feed(0.031, "reduced")), limits=more, rows=FREE,
         others=(proposer("second", unneeded),),
     ).run()  # fmt: skip
-    assert [name for name, _ in by(done)] == ["second" if needed else "scripted"]
-    assert len(unneeded.asked) == needed
+    (ended,) = done.trace.of(NotAsked)
+    assert not unneeded.asked and [name for name, _ in by(done)] == ["scripted"]
+    assert ended.gain == 0.0 and ended.reason.endswith("nothing can cost less than what is approved")
 
 
 def test_an_improvement_gets_so_many_proposals_and_no_more() -> None:

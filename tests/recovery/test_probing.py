@@ -7,8 +7,10 @@ from dataclasses import dataclass, field, replace
 import pytest
 
 from homeostat.agents.roles import Probe, Situation
+from homeostat.domain.alternative import AlternativeKind
+from homeostat.domain.cost import KNOWING
 from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
-from homeostat.domain.events.recovery import Diagnosed, Probed, ProbeEnded, ReleasedActions
+from homeostat.domain.events.recovery import Attempted, Compared, Diagnosed, Probed, ProbeEnded, ReleasedActions
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Arm
@@ -16,12 +18,14 @@ from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import Rollout
 from homeostat.links.clock import DeclaredClock
+from homeostat.record.story.story import Story
 from homeostat.recovery.bounds import InterventionBounds
 from homeostat.recovery.plant_rules import Bounds
 from homeostat.twin.twin import Interruption
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
 from tests.recovery.desk import PlanningByState, Recovery, latched, ticks, watching
 from tests.recovery.line import COOLING, GOOD, LineTwin, Stage, feed, safe
+from tests.twin.followed import reactor
 
 NEAR, TOO_NEAR = 309.0, 311.5
 """Without action the limit of 313 K is violated in 40 s, in 15 s [K]."""
@@ -77,7 +81,8 @@ def test_a_test_move_is_released_like_everything_else_and_then_looked_at() -> No
     done = line(LITTLE).run()
     assert begun(done) == [10.0] and done.released[0] == 10.0
     assert done.kinds == [
-        "noticed", "diagnosed", "foreseen", "fallback-armed", "attempted", "probed", "foreseen", "released",
+        "noticed", "diagnosed", "foreseen", "fallback-armed", "attempted", "compared", "probed", "foreseen",
+        "released",
         "noticed", "diagnosed", "probe-ended", "foreseen", "fallback-armed", "attempted", "compared", "foreseen",
         "released",
     ]  # fmt: skip
@@ -86,6 +91,48 @@ def test_a_test_move_is_released_like_everything_else_and_then_looked_at() -> No
     assert (end.apart, end.likeliest, end.told) == (("warm", "dirty"), "dirty", True)
     (probed,) = done.trace.of(Probed)
     assert probed.state == "reduced" and probed.seconds == 5.0 and probed.nats == 4.0
+
+
+@pytest.mark.parametrize(("probe", "kind"), [(LITTLE, AlternativeKind.TEST), (WAIT, AlternativeKind.WAIT)])
+def test_what_is_begun_stands_in_a_list_with_cost_worth_and_certificate(probe: Probe, kind: AlternativeKind) -> None:
+    done = line(probe).run()
+    compared = done.trace.of(Compared)[0]
+    assert done.when(Compared)[0] == begun(done)[0] == 10.0 and compared.currency == "EUR"
+    (one,) = [a for a in compared.alternatives if a.digest == compared.chosen]
+    assert (one.kind, one.proposer, one.seconds, one.admitted) == (kind, "search", 5.0, True)
+    assert {a.kind for a in compared.alternatives} == {kind, AlternativeKind.LEAVE, AlternativeKind.FALLBACK}
+    assert all(a.certificate is not None for a in compared.alternatives)
+    knowing = {item.name: item.amount for item in one.cost.items}[KNOWING]
+    assert knowing == pytest.approx(-probe.value * 3.0), "over 100 s the line makes 3 EUR"
+    tried = next(a for a in done.trace.of(Attempted) if a.what is kind)
+    assert tried.approved and tried.cost == one.cost and tried.members > 0
+
+
+def test_a_test_costs_what_is_not_made_and_two_releases_less_what_knowing_is_worth() -> None:
+    """At two thirds of the feed 1 EUR of 3 is not made, and 5 s in the state cost 0.0015 EUR."""
+    compared = line(LITTLE).run().trace.of(Compared)[0]
+    (one,) = [a for a in compared.alternatives if a.kind is AlternativeKind.TEST]
+    assert one.cost.total == pytest.approx(1.0 + 0.0015 + 2.0 * 0.27 - 0.9)
+
+
+def test_a_wait_costs_what_leaving_the_plant_alone_costs_less_what_knowing_is_worth() -> None:
+    compared = line(WAIT).run().trace.of(Compared)[0]
+    costs = {a.kind: a.cost.total for a in compared.alternatives}
+    assert costs[AlternativeKind.WAIT] == pytest.approx(costs[AlternativeKind.LEAVE] - 0.6)
+
+
+def test_what_the_list_of_a_probe_says_is_told() -> None:
+    (told,) = Story(reactor().description).tell(line(LITTLE).run().trace.of(Compared)[0], 10.0)
+    assert told.label == "compared" and "test reduced for 5 s by search" in told.text
+    assert "with 0.9 EUR taken off for knowing more, risk at most" in told.text
+
+
+def test_a_list_is_told_also_where_the_guard_refuses_what_was_chosen_and_the_next_one_is_of_proposals_alone() -> None:
+    done = line(LITTLE)
+    done.desk.answer = RequestStatus.REFUSED
+    first, *later = done.run().trace.of(Compared)
+    assert first.chosen == LITTLE.actions.digest and later
+    assert not [a for compared in later for a in compared.alternatives if a.kind is AlternativeKind.TEST]
 
 
 def test_one_that_may_go_on_needs_nobody_to_end_it() -> None:

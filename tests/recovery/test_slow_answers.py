@@ -11,11 +11,8 @@ from homeostat.links.clock import DeclaredClock, ThinkingClock
 from homeostat.recovery.exchange.exchange import Exchange
 from tests.agents.scripted import ScriptedAction
 from tests.recovery.line import BAD, GOOD
-from tests.recovery.rivals import SAVING, asked, by, doomed, proposer
+from tests.recovery.rivals import HANGS_S, SAVING, asked, by, doomed, proposer
 from tests.recovery.test_exchange import Run
-
-HANGS_S = 0.6
-"""One answer hangs after this [s]."""
 
 
 def declared(*answers: ActionSet, delay_s: float, first: ActionSet = BAD) -> object:

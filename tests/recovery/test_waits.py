@@ -15,7 +15,7 @@ from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.events.recovery import Attempted, Compared, Probed, ReleasedActions, Waited
 from homeostat.domain.observation import NoAction
 from homeostat.domain.plant.limits import LimitKind, Limits, Owner
-from homeostat.domain.recovery import RecoveryPath
+from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.request import Answer, Request, RequestStatus
 from homeostat.domain.verdict import REPEATED
 from homeostat.guard.requests.permissives import refusal
@@ -120,12 +120,15 @@ NUISANCE = rule("PRM-WARM", LimitKind.PERMISSIVE, "T >= 303")
 WISH = criterion("ACC-SOFT", "T <= 306")
 
 
-def cold(hot: float = 300.0, heating: float = 0.1, last: int = 20, permissive: object = NUISANCE) -> Recovery:
+def cold(
+    hot: float = 300.0, heating: float = 0.1, last: int = 20, permissive: object = NUISANCE, first: ActionSet = GOOD,
+    others: tuple[Proposer, ...] = (),
+) -> Recovery:  # fmt: skip
     """A line on which half feed is refused until it is warm, and missing a wish is dear."""
     limits = Limits((HOT, permissive), (CALM, WISH))  # type: ignore[arg-type]
     return Recovery(
-        ticks(1, last, hot), action=ScriptedAction(GOOD), limits=limits, rows=(*DEAR, *FREE), improves=True,
-        bounds=QUICK, heating=heating,
+        ticks(1, last, hot), action=ScriptedAction(first), limits=limits, rows=(*DEAR, *FREE), improves=True,
+        bounds=QUICK, heating=heating, others=others,
     )  # fmt: skip
 
 
@@ -145,6 +148,42 @@ def test_what_only_a_permissive_refuses_that_clears_is_waited_for_and_named() ->
 def test_what_does_not_clear_is_not_waited_for() -> None:
     waits = cold(permissive=rule("PRM-WARM", LimitKind.PERMISSIVE, "T >= 312")).run().trace.of(Waited)
     assert not [w for w in waits if w.nuisance]
+
+
+def barred(done: Recovery) -> list[tuple[str, str, str]]:
+    """What permissives alone refuse: who proposed it, its digest, and why not."""
+    lines = done.trace.of(Compared)[0].alternatives
+    return [(a.proposer, a.digest, a.refused) for a in lines if a.refused.startswith("nothing but")]
+
+
+@pytest.mark.parametrize("formula", ["T >= 303", "T >= 312"], ids=["clears", "does not clear"])
+def test_a_permissive_that_alone_keeps_a_cheaper_proposal_back_is_named_in_the_list(formula: str) -> None:
+    done = cold(permissive=rule("PRM-WARM", LimitKind.PERMISSIVE, formula)).run()
+    ((who, digest, why),) = barred(done)
+    assert (who, digest) == ("scripted", GOOD.digest) and why.startswith("nothing but PRM-WARM refuses it: ")
+    (compared,) = done.trace.of(Compared)
+    (one,) = [a for a in compared.alternatives if a.refused == why]
+    if compared.chosen:  # else the fallback is to act, and nobody counts
+        assert one.certificate is not None and one.certificate.violations == 0
+    assert compared.chosen != digest and not [r for r in done.trace.of(ReleasedActions) if r.digest == digest]
+
+
+def test_a_permissive_is_named_although_something_dearer_is_released() -> None:
+    second = proposer("second", ScriptedAction(feed(0.01, "reduced")))
+    done = cold(permissive=rule("PRM-FEW", LimitKind.PERMISSIVE, "T >= 312 or F.sp <= 0.011"), others=(second,)).run()
+    assert [name for name, _ in by(done)] == ["second"] and [who for who, *_ in barred(done)] == ["scripted"]
+
+
+def test_what_would_cost_more_than_what_may_be_done_anyway_is_no_matter_of_a_permissive() -> None:
+    much, second = rule("PRM-MUCH", LimitKind.PERMISSIVE, "T >= 312 or F.sp >= 0.0149"), ScriptedAction(GOOD)
+    done = cold(permissive=much, first=feed(0.005, "reduced"), others=(proposer("second", second),)).run()
+    assert [name for name, _ in by(done)] == ["second"] and barred(done) == []
+
+
+def test_what_a_limit_refuses_as_well_is_no_nuisance() -> None:
+    hot = rule("PRM-WARM", LimitKind.PERMISSIVE, "T >= 320")
+    done = line(limits=Limits((HOT, hot), (CALM,)), action=ScriptedAction(feed(0.04, "reduced"))).run()
+    assert barred(done) == []
 
 
 def test_a_guard_that_clears_is_a_nuisance_as_well() -> None:

@@ -224,7 +224,7 @@ def _of_recovery(now: Situation, event: Event, at_s: float) -> None:
             now.decided, now.advised = event.chosen, ""
             now.thinking_s = now.thinking_s if event.chosen else None
         case Probed() if not event.commands:  # looking on is all there is to it
-            now.thinking_s, now.probe_s = None, at_s + event.seconds
+            now.thinking_s, now.probe_s, now.decided = None, at_s + event.seconds, ""
         case GaveUp() | Concluded():
             now.thinking_s = None
         case FallbackActivated():

@@ -1,5 +1,6 @@
 """Alternatives of one recovery: what was found so far, and which of it costs least."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Self
@@ -9,11 +10,10 @@ from homeostat.agents.roles import Approved
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.certificate import Certificate
 from homeostat.domain.events.recovery import Compared
+from homeostat.domain.plant.prices import Prices
 from homeostat.domain.recovery import ActionSet
 from homeostat.recovery.choices import Choice, Testing, Waiting, course
-
-LITTLE = 0.02
-"""A better proposal is not waited for where the best costs no more than this share of the design production [1]."""
+from homeostat.recovery.worth_asking import Worth
 
 
 class Alternatives:
@@ -22,19 +22,21 @@ class Alternatives:
     def __init__(
         self,
         given: Sequence[tuple[Alternative, Course | None]],
-        currency: str,
+        prices: Prices,
         well: bool = False,
         first: bool = False,
         pressed: bool = False,
     ) -> None:
         """``given``: what may be done without a proposal, and what it commands; None for what goes on by itself.
 
-        ``well``: left alone, the plant does what is asked of it; ``first``: the first that is approved will do, as
-        where every step is asked for; ``pressed``: something must be done, or the fallback acts.
+        ``prices``: what its costs are by; ``well``: left alone, the plant does what is asked of it; ``first``: the
+        first that is approved will do, as where every step is asked for; ``pressed``: something must be done, or the
+        fallback acts.
         """
-        self._given, self._currency, self.well, self._first = list(given), currency, well, first
+        self._given, self._prices, self.well, self._first = list(given), prices, well, first
         self._pressed = pressed
         self._found: list[tuple[Alternative, Choice]] = []
+        self._barred: list[tuple[Alternative, Course]] = []
 
     @property
     def leave(self) -> Alternative | None:
@@ -55,15 +57,35 @@ class Alternatives:
         return best if left and best.cost.total > left[0].cost.total else None
 
     @property
-    def worth_waiting(self) -> bool:
-        """Whether one more proposal may win enough to wait for it."""
+    def currency(self) -> str:
+        """What costs are in."""
+        return self._prices.currency
+
+    @property
+    def suffices(self) -> bool:
+        """Whether the first that is approved will do, and something is."""
+        return self._first and self.best is not None
+
+    def worth(self, test: float = 0.0) -> Worth | None:
+        """What one more proposal may win, and what the plant loses meanwhile; None where nothing is approved yet.
+
+        Everything that may be proposed pays for a release at least, less what a test move is worth; ``test``: that of
+        the best on offer, as a share of the design production [1]. Costs are spread over the time that they are of.
+        What nobody can say of leaving the plant alone counts as nothing lost.
+        """
         best = self.best
-        return best is None or (not self._first and best.cost.share > LITTLE)
+        if best is None:
+            return None
+        per_s, whole = self._prices.worth(1.0), best.cost.worth
+        left = next((a.cost.total for a, _ in self._given if a.kind is AlternativeKind.LEAVE), math.nan)
+        lost = left - best.cost.total
+        lost_per_s = lost * per_s / whole if math.isfinite(lost) and whole > 0.0 else 0.0
+        return Worth(max(best.cost.total - self._prices.release + test * whole, 0.0), max(lost_per_s, 0.0))
 
     def anew(self) -> Self:
         """The list without what was proposed, of a plant that has gone on: what was drawn is of where it stood."""
         given = [(replace(a, certificate=None), commanded) for a, commanded in self._given]
-        return type(self)(given, self._currency, self.well, self._first, self._pressed)
+        return type(self)(given, self._prices, self.well, self._first, self._pressed)
 
     @property
     def lasting(self) -> Approved | None:
@@ -93,6 +115,13 @@ class Alternatives:
         if line.kind is not AlternativeKind.WAIT or all(a.digest != line.digest for a, _ in self._found):
             self._found.append((line, found))
 
+    def bar(self, line: Alternative, commanded: Course) -> None:
+        """Permissives alone refuse ``line``: it is told, once, where nothing that may be done costs as little."""
+        cheapest = self.cheapest
+        new = all(a.digest != line.digest for a, _ in (*self._barred, *self._found))
+        if new and (cheapest is None or line.cost.total < cheapest.cost.total):
+            self._barred.append((line, commanded))
+
     def refuse(self, found: Choice, reason: str) -> None:
         """The release check or the guard refused what was ``found``, for this ``reason``."""
         self._found = [(replace(a, refused=reason) if other is found else a, other) for a, other in self._found]
@@ -103,20 +132,25 @@ class Alternatives:
         return frozenset(a.digest for a, _ in self._found if not a.admitted)
 
     def uncertified(self, rest: ActionSet) -> list[Course]:
-        """What is commanded under each that has no certificate, those given first; ``rest`` goes on meanwhile."""
+        """What is commanded under each that has no certificate, those given first, what is barred last.
+
+        ``rest`` goes on meanwhile.
+        """
         given = [commanded or Course(rest) for a, commanded in self._given if a.certificate is None]
-        return [*given, *(course(found, rest) for a, found in self._found if a.certificate is None)]
+        barred = (commanded for a, commanded in self._barred if a.certificate is None)
+        return [*given, *(course(found, rest) for a, found in self._found if a.certificate is None), *barred]
 
     def certify(self, certificates: Sequence[Certificate | None]) -> None:
         """The certificates of what was :meth:`uncertified`, in the same order."""
         new = iter(certificates)
         self._given = [(_certified(a, new), commanded) for a, commanded in self._given]
         self._found = [(_certified(a, new), found) for a, found in self._found]
+        self._barred = [(_certified(a, new), commanded) for a, commanded in self._barred]
 
     def event(self, chosen: str) -> Compared:
         """The list, the cheapest first; ``chosen`` is the digest of what is done, empty where nothing is."""
-        every = sorted((a for a, _ in (*self._given, *self._found)), key=lambda a: a.cost.total)
-        return Compared(self._currency, tuple(every), chosen)
+        every = sorted((a for a, _ in (*self._given, *self._found, *self._barred)), key=lambda a: a.cost.total)
+        return Compared(self.currency, tuple(every), chosen)
 
 
 def digest_of(found: Choice | None) -> str:

@@ -26,7 +26,6 @@ class Certifying:
     def __init__(self, scene: Scene, simulation: Simulation, risk: RiskBounds) -> None:
         """``risk`` says by how many draws, and how sure."""
         self._scene, self._simulation, self._risk = scene, simulation, risk
-        self._failed = False
 
     async def add_to(self, alternatives: Alternatives, diagnosis: Diagnosis, end: float) -> None:
         """Give each of the ``alternatives`` a certificate that has none, as far as that is in before ``end`` [s].
@@ -47,12 +46,9 @@ class Certifying:
         except TimeoutError:
             pass
         except Exception as broken:
-            self._failed = True
             self._scene.alarm(FAILED, f"risks of what could be done are not known: {broken!r}", Priority.LOW)
         else:
-            if self._failed:
-                self._failed = False
-                self._scene.settle(FAILED)
+            self._scene.well(FAILED)
         alternatives.certify([*found, *[None] * (len(courses) - len(found))])
 
     def _certificate(self, draws: int, violations: int, beside: bool) -> Certificate:

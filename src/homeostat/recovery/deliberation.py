@@ -20,8 +20,7 @@ from homeostat.agents.roles import (
 )
 from homeostat.domain.advice import Advice, Attempt
 from homeostat.domain.alternative import AlternativeKind
-from homeostat.domain.events.recovery import Attempted, Remarked
-from homeostat.domain.plant.state_machine import StateMachine
+from homeostat.domain.events.recovery import Attempted, NotAsked, Remarked
 from homeostat.domain.quotation import quote
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.remark import RemarkKind
@@ -30,6 +29,7 @@ from homeostat.recovery.alternatives import Alternatives
 from homeostat.recovery.choices import Testing
 from homeostat.recovery.judging import Follow, Judged, Judging, unholdable
 from homeostat.recovery.scene import Scene
+from homeostat.recovery.worth_asking import AnswerTimes, Worth
 
 T = TypeVar("T")
 
@@ -38,11 +38,13 @@ class Deliberation:
     """One proposer's attempts in one recovery."""
 
     def __init__(
-        self, proposer: Proposer, scene: Scene, agents: Agents, machine: StateMachine, judging: Judging, most: int
+        self, proposer: Proposer, scene: Scene, agents: Agents, judging: Judging, times: AnswerTimes, most: int
     ) -> None:
-        """``most``: attempts that it has."""
+        """``times``: how long answers take; ``most``: attempts that it has."""
         self.proposer = proposer
-        self._scene, self._agents, self._machine, self._judging = scene, agents, machine, judging
+        self._scene, self._agents, self._judging, self._times = scene, agents, judging, times
+        self._since: float | None = None
+        """Process time at which the answer was asked for that is under way [s]."""
         self._advice, self._number, self._most = Advice(), 0, most
         self._by_hand: dict[str, ActionSet] = {}
         self._bettered: set[tuple[str, ...]] = set()
@@ -55,12 +57,27 @@ class Deliberation:
         loop at which thinking ends, ``soon``: at which it does where anything is approved [s]. NoAdmissiblePlan and
         TimeoutError where nothing was found.
         """
-        found = False
+        try:
+            await self._propose(alternatives, situation, end, soon)
+        finally:
+            self._answered()
+
+    async def _propose(self, alternatives: Alternatives, situation: Situation, end: float, soon: float) -> None:
+        found, before = False, self._number
         self._bettered.clear()
+        if not self._pays(alternatives, situation):
+            return
         while self._number < self._most:
+            worth = _worth(alternatives, situation)
+            dear = math.inf if worth is None else self._scene.end(asyncio.get_running_loop().time(), worth.longest_s)
+            until = min(dear, end if alternatives.best is None else min(end, soon))
             try:
-                async with asyncio.timeout_at(end if alternatives.best is None else min(end, soon)):
+                async with asyncio.timeout_at(until):
                     situation = replace(await self._scene.fresh(situation), best=alternatives.cheapest)
+                    self._answered()
+                    if self._number > before and not self._pays(alternatives, situation):
+                        return
+                    self._since = self._scene.seen_s
                     try:
                         judged = await self._attempt(self._number + 1, situation, alternatives)
                     finally:
@@ -68,7 +85,14 @@ class Deliberation:
                     self._number += 1
                     if not (taken := self._take(judged, alternatives)):
                         await self._reprompt(situation, judged.attempt)
-            except (NoAdmissiblePlan, TimeoutError):
+            except TimeoutError:
+                await self._scene.look()  # what was waited for in vain took time as well
+                if worth is not None and asyncio.get_running_loop().time() >= dear:
+                    return self._stop(worth, worth.longest_s, alternatives.currency)
+                if found:
+                    return
+                raise
+            except NoAdmissiblePlan:
                 if found:
                     return
                 raise
@@ -80,12 +104,29 @@ class Deliberation:
         if not found:
             raise NoAdmissiblePlan(f"{self.proposer.name}: no proposal was approved in {self._most} attempts")
 
+    def _answered(self) -> None:
+        """Note how long the answer has taken that was asked for last."""
+        if self._since is not None:
+            self._times.took(self.proposer.name, self._scene.seen_s - self._since)
+        self._since = None
+
+    def _pays(self, alternatives: Alternatives, situation: Situation) -> bool:
+        """Whether the next answer may win what waiting for it costs; where it may not, that is said."""
+        worth, answer_s = _worth(alternatives, situation), self._times.expected_s(self.proposer.name)
+        if worth is None or worth.pays(answer_s):
+            return True
+        self._stop(worth, answer_s, alternatives.currency)
+        return False
+
+    def _stop(self, worth: Worth, answer_s: float, currency: str) -> None:
+        self._scene.record(NotAsked(self.proposer.name, answer_s, worth.lost(answer_s), worth.gain, currency))
+
     def _may_better(self, alternatives: Alternatives, end: float) -> bool:
         """Whether something costs less than what is approved of its own, and until ``end`` more may be won."""
         own = [a.cost.total for a in self._advice.attempts if isinstance(a.verdict, Approve) and a.cost is not None]
         cheapest = alternatives.cheapest
         beaten = cheapest is not None and cheapest.cost.total < min(own, default=math.inf)
-        return beaten and alternatives.worth_waiting and asyncio.get_running_loop().time() < end
+        return beaten and not alternatives.suffices and asyncio.get_running_loop().time() < end
 
     def _tell(self) -> None:
         """Record what the proposer said besides; a cause that no table lists is for a person, who is called."""
@@ -167,7 +208,7 @@ class Deliberation:
         """One proposal as far as it gets."""
         proposer, advice, judging, name = self.proposer, self._advice, self._judging, self.proposer.name
         kept = advice.keep_path
-        if kept is not None and self._open(kept, situation):
+        if kept is not None and self._judging.is_open(kept, situation):
             plan: Plan | Revise = Hold(kept, advice.keep_s) if advice.keep_s else kept
         else:
             plan = await self._unless_it_hangs(proposer.planning.plan(situation, advice))
@@ -202,7 +243,7 @@ class Deliberation:
         def refused(verdict: Revise, actions: ActionSet | None = None) -> Judged:
             return Judged(Attempt(number, path, actions, verdict, kind=kind, seconds=seconds), None)
 
-        if not self._open(path, situation):
+        if not self._judging.is_open(path, situation):
             raise NoAdmissiblePlan(f"{proposer.name}: {' > '.join(path.states)} is not open now")
         if seconds and (no_hold := unholdable(path)) is not None:  # before somebody thinks about commands in vain
             return refused(no_hold)
@@ -218,7 +259,7 @@ class Deliberation:
         if (again := _said_before(advice, kind, seconds, actions.digest)) is not None:
             return refused(self._repetition(again), actions)
         situation = await self._scene.fresh(situation)
-        if not self._open(path, situation):  # a guard closed while somebody thought about the commands
+        if not self._judging.is_open(path, situation):  # a guard closed while somebody thought about the commands
             return refused(Revise((closed_finding(path.states),)))
         if seconds:
             return await judging.hold(proposer.name, number, situation, path, actions, seconds)
@@ -229,16 +270,6 @@ class Deliberation:
         if isinstance(before.verdict, Approve):
             raise NoAdmissiblePlan(f"{self.proposer.name}: says attempt {before.number} again, which is approved")
         return Revise((repetition_finding(before.number),))
-
-    def _open(self, path: RecoveryPath, situation: Situation) -> bool:
-        """Whether the machine lets the plant take ``path`` now, which no proposer is trusted with."""
-        values = situation.snapshot.values
-        return (
-            path.machine == self._machine
-            and path.states[0] == situation.state
-            and self._machine.state(path.target).recovery_target
-            and all(t.guard.holds(values) for t in path.decisions)
-        )
 
 
 def _said_before(advice: Advice, kind: AlternativeKind, seconds: float, digest: str) -> Attempt | None:
@@ -254,3 +285,8 @@ def _follow(alternatives: Alternatives) -> Follow | None:
     """The best approved proposal so far."""
     best = alternatives.lasting
     return None if best is None else Follow.of(best.actions, best.path)
+
+
+def _worth(alternatives: Alternatives, situation: Situation) -> Worth | None:
+    """What one more answer is worth, a test move that is on offer among what it may name."""
+    return alternatives.worth(max((probe.value for probe in situation.tests), default=0.0))

@@ -75,6 +75,16 @@ class Judging:
         self._pricing = Pricing(rules.prices, rules.limits, rules.scales)
         self._probes, self._waits = probes, waits
 
+    def is_open(self, path: RecoveryPath, situation: Situation) -> bool:
+        """Whether the machine lets the plant take ``path`` now, which no proposer is trusted with."""
+        machine, values = self._rules.machine, situation.snapshot.values
+        return (
+            path.machine == machine
+            and path.states[0] == situation.state
+            and machine.state(path.target).recovery_target
+            and all(t.guard.holds(values) for t in path.decisions)
+        )
+
     async def proposal(
         self, by: str, number: int, situation: Situation, path: RecoveryPath, actions: ActionSet
     ) -> Judged:

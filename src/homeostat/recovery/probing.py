@@ -15,12 +15,16 @@ from homeostat.agents.roles import Agents, Approved, Probe, Probing, Situation
 from homeostat.agents.search.candidates import along_by_design
 from homeostat.domain.advice import Attempt
 from homeostat.domain.alternative import AlternativeKind
+from homeostat.domain.cost import KNOWING, Cost, CostItem
 from homeostat.domain.diagnosis import Diagnosis, by_fault_set
 from homeostat.domain.events.recovery import Attempted, GaveUp, Probed, ProbeEnded
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Arm
+from homeostat.domain.recovery import action_digest
 from homeostat.domain.verdict import Approve, NoActionNeeded, Released, Resolution, Rollout
-from homeostat.recovery.choices import Admitted
+from homeostat.recovery.alternatives import Alternatives, digest_of
+from homeostat.recovery.certifying import Certifying
+from homeostat.recovery.choices import Admitted, Testing, Waiting
 from homeostat.recovery.deadline import first_violated_s
 from homeostat.recovery.going_on import comes_to_its_end, way_on
 from homeostat.recovery.plant_rules import Bounds, PlantRules
@@ -68,6 +72,7 @@ class Probes:
         self._budget, self._bounds = bounds.budget, bounds.intervention
         self._releasing = Releasing(scene, check, bounds.budget, rules.limits)
         self._pricing = Pricing(rules.prices, rules.limits, rules.scales)
+        self._certifying = Certifying(scene, agents.simulation, bounds.risk)
         self._under_way: _UnderWay | None = None
         self._stop: Probe | None = None
         self._begun: list[tuple[str, tuple[str, str]]] = []
@@ -101,11 +106,13 @@ class Probes:
         moved = probe.path is not None
         return Ended(waited=True, held=moved, whole=self._scene.seen_s >= until_s)
 
-    async def begin(self, situation: Situation, idle: Rollout, began: float) -> Resolution | None:
+    async def begin(
+        self, situation: Situation, idle: Rollout, alternatives: Alternatives, began: float
+    ) -> Resolution | None:
         """What was begun; None where nothing is worth it, safe and in time, or it was refused.
 
-        ``idle`` is what happens without action. What is thought counts from ``began``, by the event loop's clock [s]; a
-        release that was begun is ended.
+        ``idle`` is what happens without action; what is begun joins the ``alternatives``, and all of it is told. What
+        is thought counts from ``began``, by the event loop's clock [s]; a release that was begun is ended.
         """
         probing, scene, bounds = self._agents.probing, self._scene, self._bounds
         needed_s, self.offered = bounds.probe_s + bounds.answer_s + self._budget.reserve_s, ()
@@ -113,8 +120,9 @@ class Probes:
         near = near or situation.deadline_s < bounds.probe_s  # an armed fallback would act in the middle of it
         if probing is None or near or len(self._begun) >= bounds.probes or scene.now.mode is not Mode.CLOSED_LOOP:
             return None
+        end = scene.end(began, situation.deadline_s)
         try:
-            async with asyncio.timeout_at(scene.cut(scene.end(began, situation.deadline_s))):
+            async with asyncio.timeout_at(scene.cut(end)):
                 found = await probing.probes(situation, scene.now.rest, bounds.probe_s)
                 fresh = [p for p in found if (p.actions.digest, p.apart) not in self._begun]
                 self.offered = tuple(p for p in fresh if p.path is not None)[:TRIED]
@@ -124,14 +132,30 @@ class Probes:
             return None  # the proposers are late as well, and say so
         if chosen is None:
             return None
-        if chosen.probe.path is not None:
-            told = chosen.probe.path, chosen.probe.actions, chosen.verdict
-            attempt = Attempt(1, *told, kind=AlternativeKind.TEST, seconds=bounds.probe_s)
-            self._scene.record(Attempted.of(PROPOSER, attempt))
+        alone = await self._agents.simulation.roll_out(situation.diagnosis, chosen.probe.actions)
+        listed = self._listed(chosen, alone, situation)
+        self._scene.record(Attempted.of(PROPOSER, _attempt(listed, chosen, len(alone.weights))))
+        alternatives.add(listed)
+        await self._certifying.add_to(alternatives, situation.diagnosis, end)
+        self._scene.record(alternatives.event(digest_of(listed)))
         try:
-            return (await self.take(chosen, situation, PROPOSER)).outcome
+            return (await self._take(chosen, alone, situation, PROPOSER)).outcome
         except (Refused, Overtaken, Withdrawn, TimeoutError):
             return None
+
+    def _listed(self, chosen: Admitted, alone: Rollout, situation: Situation) -> Testing | Waiting:
+        """What was ``chosen`` as one of the list, at the cost of what it does ``alone``, less what knowing is worth.
+
+        What follows it is not known yet: it is priced as if it went on, with a release to begin it and one to end it.
+        """
+        probe, seconds = chosen.probe, self._bounds.probe_s
+        releases = 0 if probe.path is None else 2
+        cost = self._pricing.of_parts(alone, ((probe.actions.states, seconds),), releases)
+        cost = Cost((*cost.items, CostItem(KNOWING, -probe.value * cost.worth)), cost.worth)
+        if probe.path is not None:
+            return Testing(chosen, PROPOSER, cost, seconds)
+        digest = action_digest("wait", [seconds], [probe.actions.digest])
+        return Waiting(seconds, situation.state, digest, chosen.verdict, PROPOSER, cost, chosen.ended)
 
     async def go_back(self, situation: Situation) -> Resolution | None:
         """Let what a test move has stopped go on where it was, as nobody has anything better; None where it may not.
@@ -194,8 +218,13 @@ class Probes:
 
         Raises as :meth:`Releasing.release` does.
         """
+        alone = await self._agents.simulation.roll_out(situation.diagnosis, chosen.probe.actions)
+        return await self._take(chosen, alone, situation, proposer, back)
+
+    async def _take(
+        self, chosen: Admitted, alone: Rollout, situation: Situation, proposer: str, back: bool = False
+    ) -> Taken:
         probe, scene = chosen.probe, self._scene
-        alone = await self._agents.simulation.roll_out(situation.diagnosis, probe.actions)
         outcome: Released | NoActionNeeded
         if not back:
             self._begun.append((probe.actions.digest, probe.apart))
@@ -226,3 +255,11 @@ class Probes:
         if not isinstance(judge_safety(probe.actions, alone, self._rules.limits), Approve):
             scene.send(Arm((chosen.retreat.name,), until_s + self._bounds.answer_s))
         return Taken(outcome, alone)
+
+
+def _attempt(listed: Testing | Waiting, chosen: Admitted, members: int) -> Attempt:
+    """What was chosen, as an attempt that is approved."""
+    probe, told = chosen.probe, (chosen.verdict, members, listed.cost)
+    if isinstance(listed, Waiting):
+        return Attempt(1, None, probe.actions, *told, kind=AlternativeKind.WAIT, seconds=listed.seconds)
+    return Attempt(1, probe.path, probe.actions, *told, kind=AlternativeKind.TEST, seconds=listed.seconds)

@@ -22,6 +22,7 @@ from homeostat.recovery.postponing import Postponing
 from homeostat.recovery.releasing import Overtaken, Refused, Taken
 from homeostat.recovery.scene import Scene
 from homeostat.recovery.taking import Taking
+from homeostat.recovery.worth_asking import AnswerTimes
 
 MOST_EARLIER = 4
 """Most earlier decisions that proposers are told."""
@@ -40,7 +41,7 @@ class Proposals:
         self, scene: Scene, agents: Agents, rules: PlantRules, judging: Judging, taking: Taking, bounds: Bounds
     ) -> None:
         """``judging`` says what may be done, ``taking`` does it."""
-        self._scene, self._agents, self._machine = scene, agents, rules.machine
+        self._scene, self._agents, self._times = scene, agents, AnswerTimes()
         self._judging, self._taking = judging, taking
         self._nuisances, self._postponing = (
             Nuisances(scene, agents, rules, judging),
@@ -82,8 +83,8 @@ class Proposals:
         asked, reason, again = every, Exception(), AGAIN
         while True:
             reason = await self._hear(asked, alternatives, situation, end) or reason
-            if alternatives.worth_waiting and not self._every_step:
-                tried = [attempt for session in every for attempt in session.attempts]
+            if not self._every_step:
+                tried = [(session.proposer.name, attempt) for session in every for attempt in session.attempts]
                 await self._nuisances.add_to(alternatives, situation, tried, end)
             await self._postpone(every, alternatives, situation, end)
             best = alternatives.best
@@ -139,14 +140,15 @@ class Proposals:
     ) -> Exception | None:
         """Let those who are ``asked`` add to the ``alternatives``; why the last that gave up did, None for nobody.
 
-        Some time is kept for a thorough proposer that is still to be asked, and from whoever is not thorough for the
-        waits that are tried after all proposers. Where the plant may not be left alone, half of the time is kept to
-        release what is found in: what waits gets worse.
+        Each is asked as long as an answer may win what waiting for it costs. Some time is kept for a thorough proposer
+        that is still to be asked, and from whoever is not thorough for the waits that are tried after all proposers.
+        Where the plant may not be left alone, half of the time is kept to release what is found in: what waits gets
+        worse.
         """
         reason = None
         kept_s = 0.5 * self._scene.wall_s(situation.deadline_s) if alternatives.leave is None else 0.0
         for number, session in enumerate(asked, 1):
-            if alternatives.worth_waiting:
+            if not alternatives.suffices:
                 followed = any(s.proposer.thorough for s in asked[number:])
                 until = end - self._last_s if followed else end if session.proposer.thorough else self._before(end)
                 work = session.add_to(alternatives, situation, until, end - kept_s)
@@ -182,8 +184,8 @@ class Proposals:
                 p,
                 self._scene,
                 self._agents,
-                self._machine,
                 self._judging,
+                self._times,
                 min(p.attempts, self._improvements) if leave else p.attempts,
             )
             for p in self._agents.proposers

@@ -153,13 +153,13 @@ class RecoveryLoop:
             situation = scene.situation(diagnosis, verdict.findings, armed.left_s, look.cost)
             first = None if armed.fallback is None else armed.fallback.strategy
             situation = replace(situation, act_by_s=armed.act_by_s, fallback=first)
-            begun = await self._probes.begin(situation, idle, began)
+            given = self._given(stance, look, verdict, armed)
+            begun = await self._probes.begin(situation, idle, given.anew(), began)
             if begun is not None:
                 self._prospect.forget()
                 return begun
             situation = replace(situation, tests=self._probes.offered, optional=stance is Stance.IMPROVE)
             try:
-                given = self._given(stance, look, verdict, armed)
                 taken = await self._proposals.ask(situation, given, began)
             except (TimeoutError, NoAdmissiblePlan, Withdrawn) as failed:
                 reason = str(failed) or f"no approved proposal within {armed.left_s:.1f} s"
@@ -202,5 +202,5 @@ class RecoveryLoop:
             )
             falling = Alternative(AlternativeKind.FALLBACK, first.strategy.name, cost, reason)
             given.append((falling, Course(first.strategy.actions)))
-        well, currency = stance is Stance.IMPROVE and look.fine, self._pricing.prices.currency
-        return Alternatives(given, currency, well, self._every_step, stance is Stance.ACT)
+        well, prices = stance is Stance.IMPROVE and look.fine, self._pricing.prices
+        return Alternatives(given, prices, well, self._every_step, stance is Stance.ACT)

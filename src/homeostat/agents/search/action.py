@@ -80,6 +80,8 @@ class SearchAction:
         self._judged: list[tuple[Ensemble, dict[Key, NDArray[np.float64]]]] = []
         self._told: tuple[ActionSet, ActionSet] | None = None
         """What was proposed last, and what of it was tried."""
+        self._last: dict[str, ActionSet] = {}
+        """State -> what was found for it last, in this decision or one before."""
         self._returning = Returning(plant, self._cost, self._release)
         self._unseen = Unseen(plant.machine, self._cost)
 
@@ -96,8 +98,9 @@ class SearchAction:
     async def bounds(self, situation: Situation, paths: Sequence[RecoveryPath]) -> list[float]:
         """What each of ``paths`` costs at best, if nothing forbade, as a share of the design production [1].
 
-        It is the cheapest of the points that a search looks at first, which does not see what two setpoints gain only
-        together; of a route, of all the ways that it tries. That it must be released is in it.
+        It is the cheapest of the points that a search looks at first, what the last decision found among them, which
+        does not see what two setpoints gain only together; of a route, of all the ways that it tries. That it must be
+        released is in it.
         """
         return await asyncio.to_thread(self._bounds, self._twin.frozen(), situation, paths)
 
@@ -110,7 +113,7 @@ class SearchAction:
                 ways = routes.ways(path)
             else:
                 space = search_space(self._plant, path.machine.state(path.target), fixed, by_hand)
-                ways = [space.actions(p) for p in self._first(space, situation)]
+                ways = [space.actions(p) for p in (*self._first(space, situation), *self._last_found(space))]
             found.append(float(self._judge(twin, ways, few)[:, 0].min()) + self._release)
         return found
 
@@ -134,6 +137,7 @@ class SearchAction:
         if (instead := self._returning.instead(situation, path)) is not None:
             return instead
         found = await asyncio.to_thread(self._search, twin, space, situation, dict(advice.required))
+        self._last[space.state.name] = found
         told = await self._tracked(twin, found, stuck)
         self._told = told, found
         return told
@@ -190,10 +194,8 @@ class SearchAction:
         hypotheses = plausible(situation.diagnosis)
         few = twin.ensemble(hypotheses, twin.settings.search_draws)
         tried: dict[Point, float] = {}
-        known = map(space.point, settings.known(situation, space.state.name))
-        settled = [space.settled(point) for point in known if point is not None]
-        admitted = [point for point in settled if space.admits(point)]
-        self._evaluate(twin, [*self._first(space, situation), *admitted], space, few, required, tried)
+        last, helped = self._last_found(space), self._helped(space, situation)
+        self._evaluate(twin, [*self._first(space, situation), *helped, *last], space, few, required, tried)
         for fraction in settings.coarse:
             bases = self._apart(tried, space, settings.bases)
             before = tried[bases[0]]
@@ -203,12 +205,25 @@ class SearchAction:
         many = twin.ensemble(hypotheses, twin.settings.draws, Purpose.REFINE)
         sure: dict[Point, float] = {}
         # Few members may wrong what helped before.
-        finalists = [*self._best(tried, space, settings.finalists), *admitted]
+        finalists = [*self._best(tried, space, settings.finalists), *helped]
         self._evaluate(twin, finalists, space, many, required, sure)
         for fraction in settings.fine:
             (base,) = self._best(sure, space, 1)
             self._evaluate(twin, space.around(base, fraction), space, many, required, sure)
         return space.actions(self._best(sure, space, 1)[0])
+
+    def _helped(self, space: SearchSpace, situation: Situation) -> list[Point]:
+        """What helped before near ``situation``."""
+        return _points(space, self._settings.known(situation, space.state.name))
+
+    def _last_found(self, space: SearchSpace) -> list[Point]:
+        """What was found for the state last.
+
+        It is no finalist by itself: where the plant has changed it is mostly the safe one of all members, and the last
+        steps, which begin at one point only, would go on around it instead of around what has become cheaper.
+        """
+        last = self._last.get(space.state.name)
+        return [] if last is None else _points(space, [last])
 
     def _first(self, space: SearchSpace, situation: Situation) -> list[Point]:
         """Where the search begins: by design, where the plant is now, and over all that is open."""
@@ -266,6 +281,12 @@ class SearchAction:
                 rows = self._unseen.judge(twin, ensemble, some)
             judged.update(zip(map(_key, some), rows, strict=True))
         return np.stack([judged[_key(a)] for a in actions])
+
+
+def _points(space: SearchSpace, every: Sequence[ActionSet]) -> list[Point]:
+    """Those of ``every`` that ``space`` admits, with what leaves no choice as it is there."""
+    settled = (space.settled(point) for point in map(space.point, every) if point is not None)
+    return [point for point in dict.fromkeys(settled) if space.admits(point)]
 
 
 def _key(actions: ActionSet) -> Key:

@@ -18,6 +18,7 @@ from homeostat.domain.events.recovery import (
     FaultsEnded,
     NoActionTaken,
     Noticed,
+    Probed,
     ReleasedActions,
     ReleaseRefused,
     SymptomsCleared,
@@ -81,8 +82,11 @@ class _Course:
                 self._fall(_UNSENT, Stands.OVERTAKEN, other, entry, but=chosen)
                 if chosen:
                     self._stand(chosen, Stands.CHOSEN, entry)
-            case Waited() as waited:
-                self._wait(waited, entry)
+            case Waited(seconds=seconds, follows=follows):
+                target = f"to {follows.split(' > ')[-1]!r}" if " > " in follows else repr(follows)
+                self._wait(seconds, f"{target} is expected to follow", entry)
+            case Probed(commands=(), seconds=seconds, apart=apart):
+                self._wait(seconds, f"{apart[0]!r} is to be told from {apart[1]!r} by then", entry)
             case RequestAnswered() as answered if answered.digest:
                 self._answered(answered, entry)
             case ReleasedActions(digest=digest):
@@ -153,12 +157,12 @@ class _Course:
         if self.force is None or self.force.digest != key:
             self._stand(key, Stands.TRIED, entry)
 
-    def _wait(self, waited: Waited, entry: Entry) -> None:
+    def _wait(self, seconds: float, what: str, entry: Entry) -> None:
+        """It is waited for so many ``seconds``; ``what`` is to be seen then."""
         chosen = [one for one in self.known.values() if one.stands is Stands.CHOSEN and _is_wait(one)]
-        self.until_s = entry.at_s + waited.seconds
-        follows = f"to {waited.follows.split(' > ')[-1]!r}" if " > " in waited.follows else repr(waited.follows)
-        text = f"and the plant is looked at again at {self.until_s:.0f} s; {follows} is expected to follow"
-        digest = chosen[-1].digest if chosen else _wait(waited.seconds)
+        self.until_s = entry.at_s + seconds
+        text = f"and the plant is looked at again at {self.until_s:.0f} s; {what}"
+        digest = chosen[-1].digest if chosen else _wait(seconds)
         self._stand(digest, Stands.WAITED, entry, text)
 
     def _answered(self, answered: RequestAnswered, entry: Entry) -> None:

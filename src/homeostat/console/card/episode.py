@@ -26,6 +26,7 @@ from homeostat.domain.events.recovery import (
     FaultsEnded,
     GaveUp,
     NoActionTaken,
+    NotAsked,
     Noticed,
     ReleasedActions,
     ReleaseRefused,
@@ -273,7 +274,8 @@ def _choice(alternative: Alternative, chosen: bool, plant: PlantDescription) -> 
         AlternativeKind.FALLBACK: f"Fall back: {end}",
     }.get(alternative.kind, f"Go to {end}")
     by = who(alternative.proposer, alternative.polished) if alternative.proposer else ""
-    items = sorted(((i.name, i.amount) for i in alternative.cost.items if i.amount > 0.05), key=lambda i: -i[1])[:4]
+    counted = ((i.name, i.amount) for i in alternative.cost.items if abs(i.amount) > 0.05)
+    items = sorted(counted, key=lambda i: -abs(i[1]))[:4]
     named = alternative.kind.value, by, alternative.cost.total, tuple(items), plainly(alternative.refused)
     return Choice(what, *named, chosen, alternative.certificate)
 
@@ -295,6 +297,8 @@ def _refusals(episode: Episode, plant: PlantDescription) -> Iterator[Refusal]:
                 why = f"{answered.reason or status}{f' ({check})' if check else ''}"
             case GaveUp(proposer=proposer, reason=reason):
                 what, why = f"{proposer} gave up", reason
+            case NotAsked() as unasked:
+                what, why = f"{unasked.proposer} was not waited for", unasked.reason
             case _:
                 continue
         if (what, why) not in told:

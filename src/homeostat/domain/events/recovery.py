@@ -175,6 +175,31 @@ class GaveUp:
 
 
 @dataclass(frozen=True, slots=True)
+class NotAsked:
+    """A proposer is asked no further: until its answer is there more is lost than the answer may win."""
+
+    kind: ClassVar[str] = "not-asked"
+    proposer: str
+    """Who is not asked."""
+    answer_s: float
+    """How long an answer takes, by its own so far; where one was not waited for any longer, how long it was [s]."""
+    lost: float
+    """What leaving the plant alone for so long costs more than the best approved."""
+    gain: float
+    """Most that an answer may win: what the best approved costs more than everything that is proposed pays."""
+    currency: str
+    """What both are in."""
+
+    @property
+    def reason(self) -> str:
+        """Both in one sentence."""
+        if self.gain <= 0.0:
+            return f"{self.proposer} is asked no further: nothing can cost less than what is approved"
+        lost = f"an answer takes {self.answer_s:.1f} s, in which {self.lost:.2g} {self.currency} are lost"
+        return f"{self.proposer} is asked no further: {lost}, and may win {self.gain:.2g} {self.currency} at most"
+
+
+@dataclass(frozen=True, slots=True)
 class Remarked:
     """A proposer said something besides its proposal; people read it, and nothing is decided by it."""
 

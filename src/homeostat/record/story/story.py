@@ -19,6 +19,7 @@ from homeostat.domain.events.recovery import (
     FaultsEnded,
     GaveUp,
     NoActionTaken,
+    NotAsked,
     Noticed,
     Probed,
     ProbeEnded,
@@ -122,6 +123,8 @@ class Story:
                 yield Line(at_s, "compared", compared(event), Tone.MUTED)
             case GaveUp() if self.record.acted_s is None:
                 yield Line(at_s, "gave up", event.reason, Tone.MUTED)
+            case NotAsked() if self.record.acted_s is None:
+                yield Line(at_s, "enough", event.reason, Tone.MUTED)
             case RunFinished():
                 yield Line(at_s, "end", event.outcome.replace("_", " "), Tone.MUTED)
             case _:

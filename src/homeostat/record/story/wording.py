@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from homeostat.domain.alternative import Alternative, AlternativeKind
+from homeostat.domain.cost import KNOWING
 from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultMode, FaultProbability, FaultState
 from homeostat.domain.events.recovery import Attempted, Compared
 from homeostat.domain.plant.description import PlantDescription
@@ -85,6 +86,9 @@ def _alternative(alternative: Alternative, currency: str) -> str:
     elif alternative.kind is not AlternativeKind.LEAVE:
         what = f"{end} by {by}"
     text = f"{what} {alternative.cost.total:.1f} {currency}"
+    knowing = -sum(item.amount for item in alternative.cost.items if item.name == KNOWING)
+    if knowing:
+        text = f"{text} with {knowing:.1f} {currency} taken off for knowing more"
     if (certificate := alternative.certificate) is not None:
         text = f"{text}, risk at most {certificate.percent} %{' beside the fallback' * certificate.beside}"
     return text if alternative.admitted else f"{text} (not admitted: {alternative.refused})"
