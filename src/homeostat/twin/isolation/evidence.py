@@ -184,7 +184,7 @@ class Evidence:
     def losses(self, residuals: Table) -> Vec:
         """Loss of each row of ``residuals``, shape (n, readings), shape (n,)."""
         z = residuals @ self._along
-        found = np.einsum("ij,ij->i", z, z)
+        found: Vec = np.einsum("ij,ij->i", z, z)
         room = np.empty((min(len(z), AT_ONCE), residuals.shape[1]))  # stays in the cache, and is there already
         for k in range(0, len(z), AT_ONCE):
             rows = slice(k, k + AT_ONCE)
