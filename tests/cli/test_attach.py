@@ -16,7 +16,7 @@ from homeostat.links.opcua.security.certificate import make_certificate
 from homeostat.links.opcua.security.security import APPLICATION
 from homeostat.service.attached.guarding import Attaching
 from homeostat.service.keeping.notify import Notify
-from tests.cli.command import homeostat, refused
+from tests.cli.command import SOURCE, homeostat, refused
 
 TANKS = Path(__file__).parents[2] / "examples" / "two_tanks"
 MAPPING = '[connection]\nurl = "opc.tcp://127.0.0.1:1/x"\n\n[tags.T1]\nnode = "ns=2;s=T1"\n'
@@ -43,6 +43,10 @@ def mapping(tmp_path: Path) -> Path:
         (("cstr", "--link", "cstr.toml", "--dir", "d", "--insecure", "--operators", "no-such"), ("no-such",)),
         (("cstr", "--link", "cstr.toml", "--dir", "d", "--insecure", "--pace", "0"), ("0.1",)),
         (("cstr", "--link", "wrong.toml", "--dir", "d", "--insecure"), ("NOSUCH",)),
+        (("cstr", "--link", "cstr.toml", "--dir", "d", "--insecure", "--attempts", "2"), ("--attempts", "--proposer")),
+        (("cstr", "--link", "cstr.toml", "--dir", "d", "--insecure", "--playbook", "b", "--protocol", "per-step"),
+         ("--playbook or --protocol",)),
+        (("cstr", "--link", "cstr.toml", "--dir", "d", "--insecure", "--playbook", "d/b"), ("inside --dir",)),
     ],
 )  # fmt: skip
 def test_what_cannot_be_attached_is_said_in_one_line(
@@ -50,6 +54,31 @@ def test_what_cannot_be_attached_is_said_in_one_line(
 ) -> None:
     refused(homeostat("attach", *arguments, cwd=mapping.parent), *words)
     assert not (mapping.parent / "d").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--proposer", "serch"), ("'serch'", "openai:MODEL")),
+        (("--proposer", "replay:calls.jsonl"), ("calls.jsonl",)),
+        (("--proposer", "openai:gpt"), ("OPENAI_API_KEY",)),
+        (("--local-only", "--proposer", "http://llm.example/v1#m"), ("llm.example", "--allow-host")),
+        (("--proposer", "scripted:stubborn", "--record", "no/calls"), ("no/calls",)),
+        (("--protocol", "per-step"), ("step by step",)),
+        (("--playbook", "no/book"), ("no such folder",)),
+        (("--playbook", "."), ("is no file",)),
+    ],
+)  # fmt: skip
+def test_who_cannot_propose_is_said_before_anything_is_attached(
+    mapping: Path, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...], words: tuple[str, ...]
+) -> None:
+    monkeypatch.delenv("OPENAI_API_KEY", raising=False)
+    monkeypatch.setenv("PYTHONPATH", str(SOURCE))
+    before = set(mapping.parent.iterdir())
+    refused(homeostat("attach", "cstr", "--link", "cstr.toml", "--dir", "d", "--insecure", *options,
+                      cwd=mapping.parent), *words)  # fmt: skip
+    assert set(mapping.parent.iterdir()) == before
 
 
 def test_a_node_in_another_unit_that_nothing_converts_is_neither_attached_nor_signed(mapping: Path) -> None:

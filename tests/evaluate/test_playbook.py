@@ -19,7 +19,7 @@ from homeostat.domain.recovery import Command
 from homeostat.evaluate.playbook.answering import answered
 from homeostat.evaluate.playbook.building import Hands, Workplace, build, elsewhere, left_of
 from homeostat.evaluate.playbook.points import Question, questions
-from homeostat.evaluate.playbook.recoveries import WATCHED_S, _ending, entries_of, recoveries
+from homeostat.evaluate.playbook.recoveries import entries_of
 from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.run import Run
 from homeostat.evaluate.runner import run
@@ -28,6 +28,7 @@ from homeostat.journal import MemoryTrace
 from homeostat.journal.memory import Entry as Line
 from homeostat.links.clock import DeclaredClock
 from homeostat.plants.plant import load_plant
+from homeostat.plants.wired.recoveries import WATCHED_S, ending_of, recoveries
 from homeostat.record.playbook import PlaybookError, add_to_playbook, read_playbook
 from tests.twin.followed import reactor
 
@@ -102,7 +103,7 @@ FELL = FallbackActivated("isolate", (), "too hot")
     ],
 )
 def test_what_ends_the_time_of_watching(later: tuple[Line, ...], end_s: float, expected: tuple[float, Ending]) -> None:
-    assert _ending(later, 1000.0, end_s, WATCHED_S) == expected
+    assert ending_of(later, 1000.0, end_s, WATCHED_S) == expected
 
 
 # --- a run that begins with one ----------------------------------------------------------------------------------
@@ -238,12 +239,12 @@ def test_a_worker_that_is_not_alike_answers_nothing() -> None:
 
 def test_a_test_move_is_no_recovery() -> None:
     record = first().record
-    assert len(recoveries(record)) == len(record.of_kind(ReleasedActions))
+    assert len(recoveries(record.entries)) == len(record.of_kind(ReleasedActions))
     probes = type(record)()
     for each in record.entries:
         event = replace(each.event, cost=None) if isinstance(each.event, Attempted) else each.event
         probes(event, each.at_s)
-    assert recoveries(probes) == []
+    assert recoveries(probes.entries) == []
 
 
 @pytest.mark.parametrize("what", [AlternativeKind.TEST, AlternativeKind.HOLD])
@@ -260,4 +261,4 @@ def test_what_a_model_holds_or_tests_for_a_while_is_no_recovery_that_lasted(what
         elif isinstance(event, ReleasedActions):
             short(Probed(("a", "b"), event.state, event.commands, 60.0, 4.0, 0.1, 0.0, "language"), each.at_s)
         short(event, each.at_s)
-    assert recoveries(first().record) and recoveries(short) == []
+    assert recoveries(first().record.entries) and recoveries(short.entries) == []

@@ -7,59 +7,25 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from homeostat.agents.grounding.context import GroundingKind
+from homeostat.agents.language.named_model import NamedModel, NoSuchModel
 from homeostat.cli.arguments import UsageError
+from homeostat.cli.proposers import consulted, temperature
 from homeostat.domain.mode import Mode, PersonCommand
 from homeostat.domain.quotation import printable
-from homeostat.evaluate.named_model import NamedModel, NoSuchModel
 from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.plants.wired.assembly import Language
-from homeostat.record.row import SEARCH
 from homeostat.recovery.bounds import Budget
 from homeostat.recovery.exchange.pacing import Pacing
 from homeostat.service.inbox import Inbox
-
-FOR_A_MODEL = (
-    "local_only",
-    "allow_host",
-    "temperature",
-    "model_seed",
-    "note",
-    "record",
-    "grounding",
-    "answer_timeout",
-    "attempts",
-)
-"""Values of the options that say nothing to the search."""
-MOST_ATTEMPTS = 100
-"""Most proposals of a model in one recovery."""
-TEMPERATURE = 0.0
-"""Temperature of the model where none is given [1]."""
+from homeostat.service.thinking.consulting import language_of
 
 
 def speaker(options: argparse.Namespace) -> Language | None:
     """The model that the options name, ready to be asked; None for the search. UsageError where there is none."""
-    if options.proposer == SEARCH:
-        if idle := [f"--{name.replace('_', '-')}" for name in FOR_A_MODEL if _is_given(vars(options)[name])]:
-            raise UsageError(f"{', '.join(idle)}: only a language model needs that; name one with --proposer")
-        return None
-
     try:
-        model = chosen_model(options.proposer, options).make()  # first: where there is none, no file is left behind
+        return language_of(consulted(options))
     except NoSuchModel as error:
         raise UsageError(str(error)) from error
-    if options.record is not None:
-        options.record.open("a").close()  # OSError where calls could not be added; an empty file where there was none
-    grounding = GroundingKind(options.grounding or GroundingKind.GRAPH)
-    return Language(
-        model, tuple(options.note), options.record, grounding, options.answer_timeout, _attempts(options.attempts)
-    )
-
-
-def _attempts(given: int | None) -> int | None:
-    if given is not None and not 1 <= given <= MOST_ATTEMPTS:
-        raise UsageError(f"--attempts {given} must lie in 1 to {MOST_ATTEMPTS} proposals")
-    return given
 
 
 def budget(options: argparse.Namespace) -> Budget:
@@ -67,14 +33,9 @@ def budget(options: argparse.Namespace) -> Budget:
     return Budget() if options.budget is None else Budget(latency_s=options.budget)
 
 
-def _is_given(value: object) -> bool:
-    return value is not None and value is not False and value != []  # 0 is given
-
-
 def chosen_model(name: str, options: argparse.Namespace) -> NamedModel:
     """The model called ``name``, to be asked as the options say."""
-    temperature = TEMPERATURE if options.temperature is None else options.temperature
-    return NamedModel(name, options.local_only, tuple(options.allow_host), temperature, options.model_seed)
+    return NamedModel(name, options.local_only, tuple(options.allow_host), temperature(options), options.model_seed)
 
 
 PACE: Final = 10.0

@@ -8,7 +8,7 @@ import stat
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -38,7 +38,7 @@ class Content:
     """What a playbook holds."""
 
     entries: tuple[Entry, ...]
-    """Its entries, in order."""
+    """Its entries, in order; of a release that was written before what came of it was known, the later line."""
     troubles: tuple[str, ...]
     """What in it is no entry, a sentence each."""
     raw: bytes
@@ -87,7 +87,14 @@ def _content(raw: bytes, name: str) -> Content:
     troubles += bad[:TOLD]
     if len(bad) > TOLD:
         troubles.append(f"playbook {name!r}: {len(bad) - TOLD} more lines are no entries; they are skipped")
-    return Content(tuple(entries), tuple(troubles), raw)
+    known = {_release(entry) for entry in entries if entry.aftermath is not None}
+    current = (entry for entry in entries if entry.aftermath is not None or _release(entry) not in known)
+    return Content(tuple(current), tuple(troubles), raw)
+
+
+def _release(entry: Entry) -> Entry:
+    """``entry`` as it was when its commands were released."""
+    return replace(entry, aftermath=None)
 
 
 def _entry(line: bytes) -> Entry:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 
 from homeostat.agents.grounding.context import GroundingKind
+from homeostat.agents.language.named_model import NamedModel
 from homeostat.agents.roles import AskingProtocol, Proposer
-from homeostat.evaluate.named_model import NamedModel
 from homeostat.evaluate.study.plan.job import CONSTANT, StudyArm
 from homeostat.journal import MemoryTrace
 from homeostat.links.clock import DeclaredClock

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from homeostat.evaluate.named_model import NamedModel
+from homeostat.agents.language.named_model import NamedModel
 from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.study.plan.expansion import jobs_of
 from homeostat.evaluate.study.plan.job import ABLATIONS

@@ -29,7 +29,7 @@ class Known:
 
 
 class Book:
-    """Entries of one plant, ready to be asked. Nothing in it waits for anything."""
+    """Entries of one plant, ready to be asked. Nothing in it waits; one thread may add while others ask."""
 
     def __init__(self, entries: Sequence[Entry], plant: PlantDescription, sha256: str = "") -> None:
         """Those of ``entries`` that may be tried again; ``sha256`` is the digest of the file that they are from."""
@@ -37,22 +37,25 @@ class Book:
         """Digest of the file as it was read."""
         self.troubles: tuple[str, ...] = ()
         """What does not fit the plant, a sentence each."""
-        self._measure = Measure(plant)
-        fitting = _Fitting(plant)
+        self._measure, self._fitting = Measure(plant), _Fitting(plant)
         self._known: dict[tuple[str, str], list[tuple[Point, Known]]] = {}
         self._failed: dict[tuple[str, str], list[tuple[Point, str]]] = {}
         for entry in entries:
-            if entry.answer is None:
-                continue
-            try:
-                point, known = self._measure.point(entry.occasion), fitting.known(entry, entry.answer)
-            except ValueError as misfit:
-                self.troubles += (f"the entry from {entry.source!r} does not fit the plant: {misfit}",)
-                continue
-            if entry.usable:
-                self._known.setdefault(point.kind, []).append((point, known))
-            else:
-                self._failed.setdefault(point.kind, []).append((point, known.actions.digest))
+            self.add(entry)
+
+    def add(self, entry: Entry) -> None:
+        """Know of ``entry``, too, where there is an answer in it that fits the plant."""
+        if entry.answer is None:
+            return
+        try:
+            point, known = self._measure.point(entry.occasion), self._fitting.known(entry, entry.answer)
+        except ValueError as misfit:
+            self.troubles += (f"the entry from {entry.source!r} does not fit the plant: {misfit}",)
+            return
+        if entry.usable:
+            self._known.setdefault(point.kind, []).append((point, known))
+        else:
+            self._failed.setdefault(point.kind, []).append((point, known.actions.digest))
 
     def __len__(self) -> int:
         """Entries that may be tried again."""

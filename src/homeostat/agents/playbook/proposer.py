@@ -17,7 +17,7 @@ class Remembering:
     """Planning, action and reprompting of a :class:`Book`; none of them thinks, and none decides."""
 
     def __init__(self, book: Book) -> None:
-        """``book`` is in memory and does not change."""
+        """``book`` is in memory; in a run nothing is added to it."""
         self._book = book
 
     async def plan(self, situation: Situation, advice: Advice) -> RecoveryPath:

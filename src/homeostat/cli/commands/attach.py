@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import grp
 import pwd
+import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from homeostat.domain.quotation import printable
 if TYPE_CHECKING:
     from homeostat.plants.described import DescribedPlant
     from homeostat.service.attached.guarding import Attaching
+    from homeostat.service.keeping.attach import ThoughtOf
 
 
 TICKS = 2.0
@@ -37,12 +39,14 @@ def carry_out(options: argparse.Namespace) -> int:
     for name in ("case", "link", "dir"):
         if getattr(options, name) is None:
             raise UsageError(f"say {'which plant' if name == 'case' else f'--{name}'}; only --print-units needs none")
+    from homeostat.cli.proposers import consulted
     from homeostat.links.opcua.extra import need_opcua
 
     need_opcua()
-    from homeostat.service.keeping.attach import attach
+    from homeostat.service.keeping.attach import ThoughtOf, attach
 
-    return attach(_attaching(options), _absolute(options.case), tell)
+    thought = ThoughtOf(_absolute(options.case), consulted(options).elsewhere())
+    return attach(_attaching(options, thought), thought, tell)
 
 
 def tell(text: str) -> None:
@@ -53,7 +57,7 @@ def tell(text: str) -> None:
         return
 
 
-def _attaching(options: argparse.Namespace) -> Attaching:
+def _attaching(options: argparse.Namespace, thought: ThoughtOf) -> Attaching:
     """Everything that the two processes begin with, read and checked."""
     from homeostat.evaluate.recorded.plant import place
     from homeostat.guard.requests.seal import new_key
@@ -67,6 +71,7 @@ def _attaching(options: argparse.Namespace) -> Attaching:
     from homeostat.plants.described import read_described
     from homeostat.plants.wired.guarding import rules_of
     from homeostat.service.attached.guarding import Attaching
+    from homeostat.service.thinking.consulted import ROUTE
 
     plant, mapping = read_described(options.case), read_mapping(options.link)
     security = Security(None if options.pki is None else Pki(options.pki), options.insecure, login_from(options.login))
@@ -76,9 +81,12 @@ def _attaching(options: argparse.Namespace) -> Attaching:
         words = f"dead_s = {dead_s:g} s of the mapping is too short for {plant.name}, which has a tick of {tick_s:g} s"
         raise UsageError(f"{words}: a connection that is well would be dead; state at least {least_s:g} s")
     rules, groups = rules_of(plant), _groups(options)
+    if thought.consulted.protocol != ROUTE:  # every step is asked for: nothing follows by itself
+        rules = replace(rules, nominal=())
     refuse_disagreement(mapping, rules)
     history, believed = _history(options), _believed(options.console_login)
     objection = _objection(plant, options, mapping.digest)
+    playbook = _checked(thought, options.dir)
     security = replace(security, withheld=_withheld(objection, options.unsigned))
     if not security.encrypted:
         tell("INSECURE: nothing is encrypted, nobody is checked, nothing can be written")
@@ -89,6 +97,7 @@ def _attaching(options: argparse.Namespace) -> Attaching:
         Setting("pace", options.pace),
         Setting("persons", options.persons),
         Setting("signed", "" if objection else _signer(plant, options)),
+        *thought.consulted.settings(playbook),
     )
     return Attaching(
         rules=rules,
@@ -103,6 +112,27 @@ def _attaching(options: argparse.Namespace) -> Attaching:
         history=history,
         believed=believed,
     )
+
+
+def _checked(thought: ThoughtOf, directory: Path) -> str:
+    """The digest of the playbook, empty for none; UsageError where nobody could think as was chosen.
+
+    It is looked at in a process of its own, by what will think: what is loaded for it would stay in the guard's.
+    """
+    if thought.consulted.usual:
+        return ""
+    for name in ("record", "playbook"):
+        path = getattr(thought.consulted, name)
+        if path is not None and Path(path).resolve().is_relative_to(directory.resolve()):
+            raise UsageError(f"--{name} {path!r} is inside --dir, which is closed when it stops; name one outside")
+    command = [sys.executable, "-P", "-m", "homeostat.service.thinking", "--check", thought.plant]
+    done = subprocess.run(command, input=thought.consulted.to_text(), capture_output=True, text=True, check=False)
+    said = done.stderr.splitlines()
+    if done.returncode:
+        raise UsageError(said[-1] if said else f"who proposes could not be looked at: status {done.returncode}")
+    for line in said:
+        tell(line)
+    return done.stdout.strip()
 
 
 def _withheld(objection: str | None, unsigned: bool) -> str:

@@ -14,9 +14,9 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
+from homeostat.agents.language.named_model import REPLAY, SITUATED
 from homeostat.cli import operation
 from homeostat.cli.arguments import UsageError
-from homeostat.evaluate.named_model import REPLAY, SITUATED
 from homeostat.evaluate.report.summary import summary
 from homeostat.evaluate.study.engine import measured
 from homeostat.evaluate.study.measurement import KeptRuns

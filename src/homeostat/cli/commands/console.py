@@ -57,8 +57,8 @@ def _model(options: argparse.Namespace) -> LanguageModel | None:
     """The model that says the card in other words; None where none is named, UsageError where there is none."""
     if options.explain_with is None:
         return None
+    from homeostat.agents.language.named_model import NoSuchModel
     from homeostat.cli.operation import chosen_model
-    from homeostat.evaluate.named_model import NoSuchModel
 
     try:
         return chosen_model(options.explain_with, options).make()

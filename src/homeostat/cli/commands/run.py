@@ -137,8 +137,6 @@ def _playbook(options: argparse.Namespace, plant: Plant) -> Playbook | None:
     """The playbook that the options name, read once: what becomes of the file later is nothing to the run."""
     if options.playbook is None:
         return None
-    if options.protocol != AskingProtocol.ROUTE.value:
-        raise UsageError("a playbook has whole recoveries and no single steps; leave --playbook or --protocol out")
     book, content = open_playbook(options.playbook, plant)
     return Playbook(options.playbook, book, content.raw)
 

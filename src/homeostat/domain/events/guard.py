@@ -128,6 +128,8 @@ class ThinkingBegan:
     kind: ClassVar[str] = "thinking-began"
     process: int
     """Its number."""
+    playbook: str = ""
+    """Digest of the playbook that it begins with, as it was read; empty for none."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,6 @@ from homeostat.domain.ports import Source
 from homeostat.domain.snapshot import Snapshot
 from homeostat.evaluate.conditions import LabelGiven
 from homeostat.evaluate.playbook.points import Question
-from homeostat.evaluate.playbook.recoveries import entry_of, recoveries
 from homeostat.evaluate.reference.unsupervised import open_process
 from homeostat.evaluate.scenario import LONGEST, Scenario, scenario
 from homeostat.guard.settings import GuardSettings
@@ -25,6 +24,7 @@ from homeostat.links.clock import DeclaredClock
 from homeostat.links.simulated import LinkConfiguration, SimulatedLink
 from homeostat.plants.plant import Plant
 from homeostat.plants.wired.assembly import Arrangement, wire
+from homeostat.plants.wired.recoveries import entry_of, recoveries
 from homeostat.process.batch import ProcessError
 from homeostat.record.run_record import RunRecord
 
@@ -46,7 +46,7 @@ def answered(plant: Plant, question: Question) -> Entry:
     chosen = scenario(plant, question.fault, question.seed, question.onset_s, question.severity, end_s)
     record, seen = RunRecord(), list[Snapshot]()
     broke = _run(plant, chosen, record, seen)
-    found = recoveries(record)
+    found = recoveries(record.entries)
     if found:
         return entry_of(plant, found[0], _at(seen, found[0].noticed_s), question.source)
     setpoints = Measure(plant.description).setpoints(_at(seen, question.onset_s))

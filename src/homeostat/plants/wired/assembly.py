@@ -42,7 +42,7 @@ from homeostat.llm.recorded import RecordedModel
 from homeostat.llm.secrets import Secrets
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import Plant
-from homeostat.plants.wired.guarding import ISSUER, by_design, fallback_strategies, rules_of
+from homeostat.plants.wired.guarding import ISSUER, Guarded, by_design, fallback_strategies, rules_of
 from homeostat.recovery.bounds import Budget
 from homeostat.recovery.exchange.exchange import Exchange, ExchangeSettings
 from homeostat.recovery.exchange.loop import Hook, Loop
@@ -166,7 +166,7 @@ def nominal(plant: Plant, protocol: AskingProtocol = AskingProtocol.ROUTE) -> tu
     return by_design(plant.description) if protocol is AskingProtocol.ROUTE else ()
 
 
-def check_protocol(plant: Plant, protocol: AskingProtocol) -> None:
+def check_protocol(plant: Guarded, protocol: AskingProtocol) -> None:
     """PlantError where every step is to be asked for, but nothing leads from the initial state to an end."""
     machine = plant.description.machine
     start, event = machine.initial.name, machine.recovery_event

@@ -5,14 +5,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from homeostat.agents.playbook.book import Book
-from homeostat.plants.plant import Plant
+from homeostat.plants.wired.guarding import Guarded
 from homeostat.record.playbook import TOLD, Content, read_playbook
 
 NAME = "playbook.jsonl"
 """Name under which a run keeps the playbook that it began with."""
 
 
-def open_playbook(path: Path, plant: Plant) -> tuple[Book, Content]:
+def open_playbook(path: Path, plant: Guarded) -> tuple[Book, Content]:
     """The playbook at ``path`` for ``plant``, empty where there is no file yet, and what the file holds.
 
     What is no entry, is of another configuration or does not fit the plant is left out, and logged as a warning.

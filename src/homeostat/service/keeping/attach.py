@@ -7,8 +7,8 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from types import FrameType
 from typing import Final
 
@@ -16,6 +16,7 @@ from homeostat.service.attached.guarding import REFUSED, Attaching, guard
 from homeostat.service.attached.place import hold, refuse_unfit
 from homeostat.service.keeping.minded import Minded, Patience
 from homeostat.service.keeping.notify import Notify
+from homeostat.service.thinking.consulted import Consulted
 
 GUARD: Final = Patience(start_s=60.0, quiet_s=20.0, again_s=0.5, most_s=1.0)
 """The guard comes back at once, and at the latest 1 s after it has died again and again: nobody watches meanwhile."""
@@ -33,21 +34,31 @@ ALIVE_S: Final = 1.0
 """How often the service manager is told that the guard goes on, wall-clock [s]."""
 
 
-def attach(attaching: Attaching, plant: str, tell: Callable[[str], object]) -> int:
-    """Keep ``plant`` attached until a signal ends it (SIGINT, SIGTERM); the exit status, 2 where it cannot begin.
+@dataclass(frozen=True, slots=True)
+class ThoughtOf:
+    """What the process that thinks is told when it begins."""
 
-    ``plant``: its name, or the path of its folder, for the process that thinks; ``tell`` is told what becomes of the
-    two. Raises AttachError where another service has the directory, or it holds something else.
+    plant: str
+    """Name of the plant, or path of its folder."""
+    consulted: Consulted
+    """Who proposes, and what is known from before."""
+
+
+def attach(attaching: Attaching, thought: ThoughtOf, tell: Callable[[str], object]) -> int:
+    """Keep a plant attached until a signal ends it (SIGINT, SIGTERM); the exit status, 2 where it cannot begin.
+
+    ``thought`` is for the process that thinks; ``tell`` is told what becomes of the two. Raises AttachError where
+    another service has the directory, or it holds something else.
     """
     lock = hold(attaching.directory)
     try:
         refuse_unfit(attaching.directory, attaching.rules.plant, attaching.rules.configuration)
-        return _kept(attaching, plant, tell)
+        return _kept(attaching, thought, tell)
     finally:
         os.close(lock)
 
 
-def _kept(attaching: Attaching, plant: str, tell: Callable[[str], object]) -> int:
+def _kept(attaching: Attaching, thought: ThoughtOf, tell: Callable[[str], object]) -> int:
     stopping: list[int] = []
 
     def stop(number: int, frame: FrameType | None) -> None:
@@ -56,9 +67,7 @@ def _kept(attaching: Attaching, plant: str, tell: Callable[[str], object]) -> in
     before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     manager = Notify()
     guarding = Minded("the guard", lambda pulse: guard(attaching, pulse), GUARD, tell)
-    thinking = Minded(
-        "thinking", lambda pulse: _think(attaching.directory, plant, attaching.pace, pulse), THINKING, tell
-    )
+    thinking = Minded("thinking", partial(_think, attaching, thought), THINKING, tell)
     history = None if attaching.history is None else Minded("the historian", partial(_keep, attaching), HISTORIAN, tell)
     ready, told = False, 0.0
     try:
@@ -91,9 +100,10 @@ def _kept(attaching: Attaching, plant: str, tell: Callable[[str], object]) -> in
             signal.signal(number, handler)
 
 
-def _think(directory: Path, plant: str, pace: float, pulse: int) -> int:
+def _think(attaching: Attaching, thought: ThoughtOf, pulse: int) -> int:
     """Turn this process into one that thinks; it never returns where that succeeds."""
-    return _become("homeostat.service.thinking", str(directory), plant, repr(pace), str(pulse))
+    told = str(attaching.directory), thought.plant, repr(attaching.pace), str(pulse), thought.consulted.to_text()
+    return _become("homeostat.service.thinking", *told)
 
 
 def _keep(attaching: Attaching, pulse: int) -> int:

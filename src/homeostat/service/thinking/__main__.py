@@ -1,10 +1,22 @@
-"""``python -m homeostat.service.thinking DIR PLANT PACE DESCRIPTOR``: 'homeostat attach' starts it, and nobody else."""
+"""``python -m homeostat.service.thinking``: 'homeostat attach' starts it, and nobody else.
 
+``DIR PLANT PACE DESCRIPTOR CONSULTED`` thinks; ``--check PLANT`` says whether it could, as standard input has it.
+"""
+
+import logging
 import sys
 from pathlib import Path
 
-from homeostat.service.thinking.process import Thinking, think
+from homeostat.service.thinking.consulted import Consulted
 
 if __name__ == "__main__":
-    directory, plant, pace, pulse = sys.argv[1:]
-    think(Thinking(Path(directory), plant, float(pace), int(pulse)))
+    if sys.argv[1] == "--check":
+        from homeostat.service.thinking.consulting import check
+
+        logging.basicConfig(level=logging.WARNING, format="%(message)s")
+        sys.exit(check(sys.argv[2], Consulted.from_text(sys.stdin.read())))
+    from homeostat.service.thinking.process import Thinking, think
+
+    directory, plant, pace, pulse, consulted = sys.argv[1:]
+    logging.basicConfig(level=logging.WARNING, format="homeostat: %(message)s")
+    think(Thinking(Path(directory), plant, float(pace), int(pulse), Consulted.from_text(consulted)))

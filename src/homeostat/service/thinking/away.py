@@ -36,7 +36,7 @@ class Away:
         self._path, self._machine, self._goes_on = path, machine, goes_on
         self._waiting: queue.Queue[bytes] = queue.Queue(MOST)
         self._connection: Connection | None = None
-        self._ready = False
+        self._ready: Ready | None = None
         self._sending = threading.Lock()
         threading.Thread(target=self._send_on, name="line to the guard", daemon=True).start()
 
@@ -46,10 +46,13 @@ class Away:
         with contextlib.suppress(queue.Full):
             self._waiting.put_nowait(frame)
 
-    def ready(self) -> None:
-        """Everything is loaded: this guard is told, and every one that comes after it."""
-        self._ready = True
-        self.send(Ready(os.getpid()))
+    def ready(self, playbook: str = "") -> None:
+        """Everything is loaded: this guard is told, and every one that comes after it.
+
+        ``playbook``: digest of the one that this process begins with; empty for none.
+        """
+        self._ready = Ready(os.getpid(), playbook)
+        self.send(self._ready)
 
     def told(self) -> Iterator[Told]:
         """What guards tell, one after another, until there is nobody to think for."""
@@ -60,8 +63,8 @@ class Away:
                 time.sleep(AGAIN_S)
                 continue
             self._connection = connection
-            if self._ready:
-                self.send(Ready(os.getpid()))
+            if self._ready is not None:
+                self.send(self._ready)
             with contextlib.suppress(OSError, EOFError):
                 while True:
                     yield from_guard(connection.recv_bytes(LARGEST), self._machine)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import json
 import pickle
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final, TypeAlias
@@ -36,6 +37,7 @@ from homeostat.record.events import declared
 
 LARGEST: Final = 4_000_000
 """Longest message from thinking [byte]."""
+_SHA256: Final = re.compile(r"([0-9a-f]{64})?")
 _PLAIN: Final[Mapping[str, type]] = {
     kind.__name__: kind for kind in (Withdraw, Arm, NoAction, FallBack, Trouble, Settled)
 }
@@ -73,6 +75,8 @@ class Ready:
 
     process: int
     """Its number."""
+    playbook: str = ""
+    """Digest of the playbook that it begins with; empty for none."""
 
 
 FromThinking: TypeAlias = Message | Recorded | Ready
@@ -134,8 +138,8 @@ def to_guard(said: FromThinking) -> bytes:
     match said:
         case Recorded(event, at_s):
             return _line({"event": event.kind, "at_s": encode(at_s), "fields": encode_fields(event, event.kind)})
-        case Ready(process):
-            return _line({"ready": process})
+        case Ready(process, playbook):
+            return _line({"ready": process, "playbook": playbook})
         case Request():
             fields = {name: getattr(said, name) for name in ("id", "proposer", "state", "diagnosis", "configuration")}
             return _line(
@@ -154,13 +158,20 @@ def from_thinking(frame: bytes, machine: StateMachine) -> FromThinking:
     if "event" in said:
         return Recorded(made_of(EVENTS[said["event"]], said["fields"]), float(said["at_s"]))
     if "ready" in said:
-        return Ready(int(said["ready"]))
+        return Ready(int(said["ready"]), _digest(said.get("playbook", "")))
     if "request" in said:
         return _request(said, machine)
     if "correction" in said:
         return Correction(tuple({str(tag): float(by) for tag, by in error.items()} for error in said["correction"]))
     message: Message = made_of(_PLAIN[said["message"]], said["fields"])
     return message
+
+
+def _digest(text: str) -> str:
+    """``text`` where it is a SHA-256 digest or empty; ValueError where it is not."""
+    if _SHA256.fullmatch(text) is None:
+        raise ValueError("a playbook has a digest of 64 hexadecimal digits")
+    return text
 
 
 def _request(said: Mapping[str, Any], machine: StateMachine) -> Request:

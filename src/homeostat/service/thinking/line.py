@@ -117,7 +117,7 @@ class ThinkingLine:
                 continue
             if isinstance(said, Ready):
                 process = said.process
-                self._note(ThinkingBegan(process))
+                self._note(ThinkingBegan(process, said.playbook))
                 self._answering.put(Settled(ALARM))
             elif isinstance(said, Recorded):
                 self._record(said)

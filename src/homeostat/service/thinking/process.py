@@ -8,10 +8,12 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Observation, Trouble
 from homeostat.guard.requests.seal import Sealer
@@ -21,11 +23,15 @@ from homeostat.plants.plant import Plant, load_plant
 from homeostat.plants.wired.assembly import BUSY_S, Arrangement, Outside, recovery_beside
 from homeostat.plants.wired.guarding import ISSUER
 from homeostat.record.texts import Texts
+from homeostat.recovery.bounds import Budget
 from homeostat.recovery.exchange.exchange import Exchange
 from homeostat.recovery.exchange.loop import overtaken_by
-from homeostat.service.attached.place import THINKING
+from homeostat.service.attached.place import THINKING, begins
 from homeostat.service.thinking.away import Away, AwayTrace
 from homeostat.service.thinking.codec import FromThinking, Hello
+from homeostat.service.thinking.consulted import BUDGET_S, Consulted
+from homeostat.service.thinking.consulting import Prepared, prepared
+from homeostat.service.thinking.learning import Learning
 
 PULSE_S: Final = 1.0
 """How often it says that it goes on, wall-clock [s]."""
@@ -45,13 +51,25 @@ class Thinking:
     """Process seconds per wall-clock second."""
     pulse: int
     """Descriptor that takes a byte each time it says that it goes on."""
+    consulted: Consulted
+    """Who proposes, and what is known from before."""
+
+    @property
+    def budget(self) -> Budget:
+        """What one recovery may take."""
+        return Budget(latency_s=self.consulted.budget_s)
+
+    @property
+    def busy_s(self) -> float:
+        """Longest that recovery may look at nothing else, wall-clock [s]: longer where it is to think for longer."""
+        return BUSY_S + max(self.consulted.budget_s - BUDGET_S, 0.0) / self.pace
 
 
 class _Heart:
     """Says from a thread of its own that this process goes on, as long as recovery looks up now and then."""
 
-    def __init__(self, pulse: int) -> None:
-        self._pulse, self._parent = pulse, os.getppid()
+    def __init__(self, pulse: int, busy_s: float) -> None:
+        self._pulse, self._busy_s, self._parent = pulse, busy_s, os.getppid()
         self.exchange: Exchange | None = None
         threading.Thread(target=self._beat_on, name="pulse", daemon=True).start()
 
@@ -64,7 +82,7 @@ class _Heart:
         while True:
             if not self.goes_on:
                 os._exit(0)
-            if self.exchange is None or self.exchange.busy_s < BUSY_S:
+            if self.exchange is None or self.exchange.busy_s < self._busy_s:
                 with contextlib.suppress(OSError):
                     os.write(self._pulse, b".")
             time.sleep(PULSE_S)
@@ -87,24 +105,49 @@ class _Seen:
 def think(thinking: Thinking) -> None:
     """Think until whoever started this process is gone; ends the process itself where it cannot go on."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C at the terminal is for whoever started this
-    heart = _Heart(thinking.pulse)
+    heart = _Heart(thinking.pulse, thinking.busy_s)
     plant = load_plant(thinking.plant)
     away = Away(thinking.directory / THINKING, plant.description.machine, lambda: heart.goes_on)
-    seen, exchange = _Seen(plant.description.timing.tick_s), None
+    seen, begun = _Seen(plant.description.timing.tick_s), None
     for told in away.told():
         if isinstance(told, Hello):
             if told.configuration != plant.configuration:
                 _give_up(away, f"the plant in {str(plant.files.folder)!r} has changed since it was attached")
-            if exchange is None:
-                exchange = heart.exchange = _begin(thinking, plant, told.key, away, seen)
-                away.ready()
-        elif exchange is not None and (seen.last is None or told.now_s > seen.last.now_s):
+            if begun is None:
+                begun = _begin(thinking, plant, told.key, away, seen)
+                heart.exchange = begun.exchange
+                away.ready(begun.playbook)
+            for trouble in begun.troubles:  # a guard that has begun again knows of none
+                away.send(trouble)
+        elif begun is not None and (seen.last is None or told.now_s > seen.last.now_s):
             before, seen.last = seen.last, told
-            exchange.publish(told, None if before is None else overtaken_by(before, told))
+            if begun.learning is not None:
+                begun.learning.see(told)
+            begun.exchange.publish(told, None if before is None else overtaken_by(before, told))
 
 
-def _begin(thinking: Thinking, plant: Plant, key: bytes, away: Away, seen: _Seen) -> Exchange:
-    """Have recovery begin in its thread; where observations are put."""
+@dataclass(frozen=True, slots=True)
+class _Begun:
+    """Recovery that goes on in its thread."""
+
+    exchange: Exchange
+    """Where observations are put."""
+    lasting: tuple[Trouble, ...]
+    """What could not be had when it began."""
+    playbook: str
+    """Digest of the playbook that it began with; empty for none."""
+    learning: Learning | None
+    """What its releases leave in the playbook; None where there is none."""
+
+    @property
+    def troubles(self) -> tuple[Trouble, ...]:
+        """What is wrong beside the guard at present."""
+        trouble = None if self.learning is None else self.learning.writing.trouble
+        return self.lasting if trouble is None else (*self.lasting, trouble)
+
+
+def _begin(thinking: Thinking, plant: Plant, key: bytes, away: Away, seen: _Seen) -> _Begun:
+    """Have recovery begin in its thread."""
 
     def send(said: FromThinking) -> None:
         away.send(said)
@@ -113,10 +156,32 @@ def _begin(thinking: Thinking, plant: Plant, key: bytes, away: Away, seen: _Seen
 
     sealer = Sealer(ISSUER, key, lambda: seen.seal_s)
     outside = Outside(send, ThinkingClock(thinking.pace), AwayTrace(send), sealer)
-    archive = Texts(thinking.directory, lambda what: contextlib.suppress(OSError))
-    exchange, worker = recovery_beside(plant, outside, seed=1, arrangement=Arrangement(archive=archive))
+    found = prepared(thinking.consulted, plant, thinking.directory)
+    learning = _learning(thinking, plant, found, send)
+    if learning is not None:
+        outside.trace.subscribe(learning.hear)
+    arrangement = Arrangement(
+        archive=Texts(thinking.directory, lambda what: contextlib.suppress(OSError)),
+        budget=thinking.budget,
+        language=found.language,
+        protocol=AskingProtocol(thinking.consulted.protocol),
+        playbook=found.book,
+    )
+    exchange, worker = recovery_beside(plant, outside, seed=1, arrangement=arrangement)
     worker.start()
-    return exchange
+    return _Begun(exchange, found.troubles, "" if found.content is None else found.content.sha256, learning)
+
+
+def _learning(
+    thinking: Thinking, plant: Plant, found: Prepared, send: Callable[[FromThinking], object]
+) -> Learning | None:
+    """What follows releases for the playbook; None where there is none."""
+    path, started = thinking.consulted.playbook, begins(thinking.directory)
+    if path is None or found.book is None or found.content is None or started is None:
+        return None
+    learning = Learning(plant, found.book, Path(path), thinking.directory, send)
+    learning.begin(started.wall_started, found.content.entries)
+    return learning
 
 
 def _give_up(away: Away, reason: str) -> None:

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from homeostat.agents.grounding.context import GroundingKind
+from homeostat.agents.language.named_model import REPLAY, SITUATED, NamedModel, NoSuchModel
 from homeostat.agents.roles import AskingProtocol
 from homeostat.domain.diagnosis import FaultState
 from homeostat.evaluate.beginning import beginning
-from homeostat.evaluate.named_model import REPLAY, SITUATED, NamedModel, NoSuchModel
 from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.scenario import Scenario, ScenarioError, departing, scenario
 from homeostat.evaluate.study.error import StudyError

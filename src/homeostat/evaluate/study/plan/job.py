@@ -10,8 +10,8 @@ from typing import Final
 
 import homeostat
 from homeostat.agents.grounding.context import GroundingKind
+from homeostat.agents.language.named_model import NamedModel
 from homeostat.agents.roles import AskingProtocol
-from homeostat.evaluate.named_model import NamedModel
 from homeostat.evaluate.operation import Thinking
 from homeostat.evaluate.scenario import Scenario
 from homeostat.evaluate.study.plan.constant import constant_proposer
