@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -18,6 +20,7 @@ pytest.importorskip("asyncua", reason="the extra 'opcua' is not installed")
 
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
+from tests.cli.command import environment
 from tests.equipment.opcua.attached import Attached, Reactor, until
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
@@ -58,6 +61,19 @@ def is_gone(process: int) -> bool:
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
     except OSError:
         return True
+
+
+def left(live: Path) -> list[str]:
+    """Processes of the service in ``live``, as they were started."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (process / "cmdline").read_bytes().split(b"\0")
+        except OSError:  # it has ended
+            continue
+        if os.fsencode(live) in words and int(process.name) != os.getpid():
+            found.append(b" ".join(words).decode())
+    return found
 
 
 def killed(attached: Attached) -> None:
@@ -155,6 +171,26 @@ def test_a_journal_that_was_altered_ends_it_although_the_plant_is_connected(reac
     assert verify(live).complete
 
 
+@pytest.mark.parametrize("module", ["thinking", "historian"])
+def test_who_was_alone_before_it_had_loaded_anything_leaves_all_the_same(live: Path, module: str) -> None:
+    """Else it takes the folder of the history, or the guard's ear, from those who are begun after it."""
+    live.mkdir()
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait(60.0)
+    given = ("cstr", "1.0") if module == "thinking" else (f"{live}.history",)
+    command = [sys.executable, "-m", f"homeostat.service.{module}", str(live), *given, "1", str(dead.pid)]
+    done = subprocess.run(command, stdout=subprocess.DEVNULL, env=environment(), timeout=120.0)
+    assert done.returncode == 0
+
+
+def test_nobody_is_left_of_a_service_that_dies_while_it_begins(reactor: Reactor, live: Path) -> None:
+    """Thinking and historian were started a moment ago, and have loaded nothing yet."""
+    attached = Attached(reactor, live)
+    until(lambda: any("homeostat.service.thinking" in line for line in left(live)), "thinking")
+    killed(attached)
+    until(lambda: not left(live), f"the end of {left(live)}", 120.0)
+
+
 @pytest.mark.wide
 def test_kills_in_a_row_lose_nothing_that_was_recorded(reactor: Reactor, live: Path) -> None:
     """At moments from the first instruction on: while it loads, reads, connects, and guards."""
@@ -167,6 +203,7 @@ def test_kills_in_a_row_lose_nothing_that_was_recorded(reactor: Reactor, live: P
         after = journal.read_bytes() if journal.exists() else b""
         assert after.startswith(before[: before.rfind(b"\n") + 1])
         before = after
+    until(lambda: not left(live), f"the end of {left(live)}", 120.0)
     with Attached(reactor, live) as last:
         last.waits_for(sampled, "samples")
         assert last.status["mode"]["actual"] == "observe" and last.interrupt() == 0

@@ -90,10 +90,10 @@ class Attaching:
     """Logins whose names count as people; any other login is one person."""
 
 
-def guard(attaching: Attaching, pulse: int) -> int:
+def guard(attaching: Attaching, pulse: int, parent: int) -> int:
     """Guard until this process is told to end, or whoever started it is gone; the exit status.
 
-    ``pulse``: descriptor that takes a byte at each tick.
+    ``pulse``: descriptor that takes a byte at each tick; ``parent``: number of the process that started it.
     """
     stopping: list[str] = []
     waiting: list[Onward] = []
@@ -113,7 +113,7 @@ def guard(attaching: Attaching, pulse: int) -> int:
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C at the terminal is for whoever started this
     signal.signal(signal.SIGTERM, stop)
-    parent, begun = os.getppid(), threading.Event()
+    begun = threading.Event()
     threading.Thread(target=_leave_alone, args=(parent, begun), name="beginning", daemon=True).start()
     with contextlib.ExitStack() as ending:
         try:

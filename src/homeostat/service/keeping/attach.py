@@ -8,7 +8,6 @@ import sys
 import time
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from types import FrameType
 from typing import Final
 
@@ -54,12 +53,11 @@ def _kept(attaching: Attaching, plant: str, tell: Callable[[str], object]) -> in
         stopping.append(number)
 
     before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
-    manager = Notify()
-    guarding = Minded("the guard", lambda pulse: guard(attaching, pulse), GUARD, tell)
-    thinking = Minded(
-        "thinking", lambda pulse: _think(attaching.directory, plant, attaching.pace, pulse), THINKING, tell
-    )
-    history = None if attaching.history is None else Minded("the historian", partial(_keep, attaching), HISTORIAN, tell)
+    manager, first = Notify(), os.getpid()  # who is gone before a child has asked for it is known to be gone
+    guarding = Minded("the guard", lambda pulse: guard(attaching, pulse, first), GUARD, tell)
+    thinking = Minded("thinking", partial(_think, attaching, plant, first), THINKING, tell)
+    keep = partial(_keep, attaching, first)
+    history = None if attaching.history is None else Minded("the historian", keep, HISTORIAN, tell)
     ready, told = False, 0.0
     try:
         while not stopping:
@@ -91,14 +89,16 @@ def _kept(attaching: Attaching, plant: str, tell: Callable[[str], object]) -> in
             signal.signal(number, handler)
 
 
-def _think(directory: Path, plant: str, pace: float, pulse: int) -> int:
+def _think(attaching: Attaching, plant: str, first: int, pulse: int) -> int:
     """Turn this process into one that thinks; it never returns where that succeeds."""
-    return _become("homeostat.service.thinking", str(directory), plant, repr(pace), str(pulse))
+    given = str(attaching.directory), plant, repr(attaching.pace), str(pulse), str(first)
+    return _become("homeostat.service.thinking", *given)
 
 
-def _keep(attaching: Attaching, pulse: int) -> int:
+def _keep(attaching: Attaching, first: int, pulse: int) -> int:
     """Turn this process into one that keeps the history; it never returns where that succeeds."""
-    return _become("homeostat.service.historian", str(attaching.directory), str(attaching.history), str(pulse))
+    given = str(attaching.directory), str(attaching.history), str(pulse), str(first)
+    return _become("homeostat.service.historian", *given)
 
 
 def _become(module: str, *arguments: str) -> int:
