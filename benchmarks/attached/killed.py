@@ -111,9 +111,22 @@ def main() -> None:
     rows, until = Rows(options.out), time.monotonic() + 60.0 * options.minutes
     done = {(row["who"], row["seed"]) for row in rows.all()}
     jobs = [(who, seed) for seed in options.seeds for who in options.who if (who, seed) not in done]
-    with tempfile.TemporaryDirectory(prefix="killed") as folder, Reactor(Path(folder), 1.0) as reactor:
+    with tempfile.TemporaryDirectory(prefix="killed") as folder:
+        _keep_compiled(Path(folder) / "compiled")
+        _kill(rows, jobs, until, Path(folder))
+
+
+def _keep_compiled(folder: Path) -> None:
+    """Have every process keep what it compiles in ``folder``, as where the package was installed."""
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    os.environ["PYTHONPYCACHEPREFIX"] = str(folder)
+
+
+def _kill(rows: Rows, jobs: list[tuple[str, int]], until: float, folder: Path) -> None:
+    """One kill after the other, until all were done, or the monotonic clock says ``until`` [s]."""
+    with Reactor(folder, 1.0) as reactor:
         while jobs and time.monotonic() < until:
-            live = Path(folder) / f"live{len(jobs)}"
+            live = folder / f"live{len(jobs)}"
 
             def begin(live: Path = live) -> Attached:
                 return Attached(reactor, live)

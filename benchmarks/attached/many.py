@@ -31,6 +31,7 @@ from homeostat.guard.settings import GuardSettings
 from homeostat.history.embedded.reading import EmbeddedHistory
 from homeostat.history.samples import ALWAYS
 from homeostat.links.opcua.extra import need_opcua
+from homeostat.links.opcua.link import OpcuaLink
 from homeostat.links.opcua.mapping import mapping_of
 from homeostat.links.opcua.security.certificate import Pki
 from homeostat.links.opcua.security.security import Security
@@ -112,14 +113,16 @@ def measured(count: int, minutes: float, folder: Path) -> dict[str, Any]:
     given.directory.mkdir()
     directory, records = _opened(given)
     listens, says = os.pipe()
-    command = [sys.executable, "-m", "homeostat.service.historian", str(given.directory), str(given.history), str(says)]
+    module, ours = "homeostat.service.historian", (str(says), str(os.getpid()))
+    command = [sys.executable, "-m", module, str(given.directory), str(given.history), *ours]
     historian = psutil.Process(subprocess.Popen(command, pass_fds=(says,)).pid)
     os.set_blocking(listens, False)
     walls, cpus, memory, missed = list[float](), list[float](), list[float](), 0
     me, cpu = psutil.Process(), 0.0
     try:
         with directory:
-            guarding = _Guarding(given, directory, records)
+            link = OpcuaLink(given.mapping, given.rules, given.security, given.pace)
+            guarding = _Guarding(given, directory, records, link)
             read, ended = guarding._reader.read, [0.0, 0.0]
 
             def timed(tick_s: float) -> Any:

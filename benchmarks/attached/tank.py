@@ -83,7 +83,7 @@ def main(given: Guarded) -> int:
         groups={},
         key=b"k" * 32,
     )
-    return guard(attaching, os.open(os.devnull, os.O_WRONLY))
+    return guard(attaching, os.open(os.devnull, os.O_WRONLY), os.getppid())
 
 
 if __name__ == "__main__":

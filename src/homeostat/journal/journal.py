@@ -9,12 +9,11 @@ from typing import Self, final
 
 from homeostat.journal.beside.files import JOURNAL, MANIFEST
 from homeostat.journal.beside.manifest import Manifest, Summary, manifest_of, write_manifest
-from homeostat.journal.chain import GENESIS, Chain
-from homeostat.journal.events import Event, Resumed, Setting, Signed, Subscriber
+from homeostat.journal.chain import Chain
+from homeostat.journal.events import Event, Resumed, Setting, Subscriber
+from homeostat.journal.found import Found
 from homeostat.journal.listeners import Listeners
-from homeostat.journal.reading import BrokenChain, skim
 from homeostat.journal.signing.keys import SigningKey
-from homeostat.journal.signing.signatures import Signatures
 from homeostat.journal.signing.signing import Signer
 
 
@@ -50,23 +49,20 @@ class Journal:
         ``changed`` since. Raises FileNotFoundError where there is no run, FileExistsError where it was closed,
         BrokenChain where its journal is not what was written or carries a signature that is not of its lines.
         """
-        path = Path(directory) / JOURNAL
-        if (path.parent / MANIFEST).exists():
-            raise FileExistsError(f"the run in {str(path.parent)!r} was closed; begin another one")
-        count, size, last, at_s = 0, 0, GENESIS, Chain().at_s
-        signatures = Signatures(() if key is None else (key.public,))
-        for line in skim(path, (Signed.kind,)):
-            if line.record is not None:
-                if problem := signatures.follow(line.record, last):
-                    raise BrokenChain(problem, count)
-                at_s = line.record.at_s  # of the last line in the end
-            count, size, last = count + 1, size + len(line.raw) + 1, line.digest
+        _refuse_closed(Path(directory))
+        return cls.go_on(Found.in_directory(directory, key), key, changed)
+
+    @classmethod
+    def go_on(cls, found: Found, key: SigningKey | None = None, changed: tuple[Setting, ...] = ()) -> Self:
+        """As :meth:`resume`, behind what was ``found`` with the same ``key``, and what nobody has added to since."""
+        _refuse_closed(found.path.parent)
         journal = cls.__new__(cls)
-        journal.directory, journal._path = path.parent, path
-        journal._file = os.open(path, os.O_WRONLY | os.O_APPEND)
-        journal._set_up(Chain(count, last, at_s), size, key)
-        journal._torn = torn = path.stat().st_size > size
-        journal.record(Resumed(count, signatures.trusted, torn, changed), at_s if count else 0.0)
+        journal.directory, journal._path = found.path.parent, found.path
+        journal._file = os.open(found.path, os.O_WRONLY | os.O_APPEND)
+        journal._set_up(Chain(found.count, found.last, found.at_s), found.size, key)
+        journal._torn = torn = found.path.stat().st_size > found.size
+        at_s = found.at_s if found.count else 0.0
+        journal.record(Resumed(found.count, found.trusted, torn, changed), at_s)
         return journal
 
     def record(self, event: Event, at_s: float) -> None:
@@ -169,3 +165,8 @@ class Journal:
         with self._writing, self._syncing:
             self._open = False
             os.close(self._file)
+
+
+def _refuse_closed(directory: Path) -> None:
+    if (directory / MANIFEST).exists():
+        raise FileExistsError(f"the run in {str(directory)!r} was closed; begin another one")

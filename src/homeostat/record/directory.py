@@ -4,16 +4,17 @@ import contextlib
 import fcntl
 import itertools
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Self, final
 
 from homeostat.domain.snapshot import Trajectory
-from homeostat.journal import Followed, Journal, Manifest, StoredFile, Summary
+from homeostat.journal import Followed, Journal, Manifest, Record, StoredFile, Summary
 from homeostat.journal.beside.artifacts import write_parquet
 from homeostat.journal.beside.files import JOURNAL, MANIFEST, describe, write_whole
 from homeostat.journal.events import Event, Setting
+from homeostat.journal.found import Found
 from homeostat.journal.signing.keys import KeyTrouble, SigningKey, installation_key
 from homeostat.record.texts import Texts
 
@@ -83,12 +84,40 @@ class RunDirectory:
 
         Raises RunDirectoryError where it still goes on, and as :meth:`homeostat.journal.Journal.resume`.
         """
-        directory = cls.__new__(cls)
-        directory._lock = _held(path)
-        key, directory.unsigned = _key()
-        directory.journal = Journal.resume(path, key, changed)
+        with cls._again(path) as (directory, key):
+            directory.journal = Journal.resume(path, key, changed)
         directory._set_up(path)
         return directory
+
+    @classmethod
+    def reopen(
+        cls, path: Path, kinds: Collection[str], changed: Callable[[tuple[Record, ...]], tuple[Setting, ...]]
+    ) -> tuple[Self, tuple[Record, ...]]:
+        """As :meth:`resume`, also where the run was closed; with it its events of ``kinds``, and its last one.
+
+        The journal is read once; ``changed`` says of what was read what was chosen otherwise since. A run whose journal
+        is not what was written stays closed.
+        """
+        with cls._again(path) as (directory, key):
+            found = Found.in_directory(path, key, kinds)
+            stated = changed(found.records)
+            (path / MANIFEST).unlink(missing_ok=True)
+            directory.journal = Journal.go_on(found, key, stated)
+        directory._set_up(path)
+        return directory, found.records
+
+    @classmethod
+    @contextlib.contextmanager
+    def _again(cls, path: Path) -> Iterator[tuple[Self, SigningKey | None]]:
+        """One that has the lock of the run in ``path``, and its journal in a moment; the lock goes where that fails."""
+        directory = cls.__new__(cls)
+        directory._lock = _held(path)
+        try:
+            key, directory.unsigned = _key()
+            yield directory, key
+        except BaseException:
+            os.close(directory._lock)
+            raise
 
     @classmethod
     def next_free(cls, root: Path, stem: str) -> Self:

@@ -91,6 +91,21 @@ def test_batches_come_faster_than_ticks_and_process_time_keeps_to_the_clock(guar
     assert found[-1].at_s - found[0].at_s <= 5.0, "no second of the plant is longer than ours"
 
 
+def test_who_begins_to_read_late_begins_with_the_newest_sample_and_misses_none_before_it() -> None:
+    board = Board(COUNTER)
+    source = reader(board, mapping({"counter": COUNTER, "time": TIME}))
+    source.skip()
+    for number in range(1, 8):
+        board.put({COUNTER: said(number), TIME: said(float(number)), LEVEL: said(float(number))})
+    source.skip()
+    sample = source.advance()
+    assert sample is not None and sample.values["L"] == 7.0 and source.missed == 0
+    board.put({COUNTER: said(8), TIME: said(8.0), LEVEL: said(8.0)})
+    source.skip()
+    sample = source.advance()
+    assert sample is not None and sample.values["L"] == 8.0 and source.missed == 0
+
+
 def test_what_the_counter_has_skipped_is_missed() -> None:
     board = Board(COUNTER)
     source = reader(board, mapping({"counter": COUNTER, "time": TIME}))

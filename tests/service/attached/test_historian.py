@@ -58,7 +58,9 @@ class Historian:
 
     def start(self) -> None:
         listens, says = os.pipe()
-        self.process = subprocess.Popen([*self._command, str(says)], pass_fds=(says,), env=environment())
+        self.process = subprocess.Popen(
+            [*self._command, str(says), str(os.getpid())], pass_fds=(says,), env=environment()
+        )
         os.close(says)
         os.close(listens)
 

@@ -10,18 +10,11 @@ import pytest
 
 from homeostat.domain.events.people import ModeEntered
 from homeostat.guard.restart.memory import FOLDED, Memory
-from homeostat.journal import Journal, Resumed, RunStarted, Setting, Summary, read_events
+from homeostat.journal import BrokenChain, Journal, Record, Resumed, RunStarted, Setting, Summary, read_events
+from homeostat.journal.found import Found
 from homeostat.record.decode import decode
-from homeostat.service.attached.place import (
-    AttachError,
-    begins,
-    changed,
-    first_event,
-    hold,
-    open_again,
-    past,
-    refuse_unfit,
-)
+from homeostat.record.directory import RunDirectory, RunDirectoryError
+from homeostat.service.attached.place import RECALLED, AttachError, begins, changed, first_event, hold, refuse_unfit
 from tests.cli.command import homeostat_process
 from tests.cli.conftest import RECOVERY, once
 
@@ -33,6 +26,17 @@ def attached(directory: Path, closed: bool = True) -> None:
         journal.record(first_event("tank", CHOSEN, "", ()), 0.0)
         if closed:
             journal.close(Summary(1, "stopped", "c" * 64))
+
+
+def past(directory: Path) -> tuple[Record, ...]:
+    return tuple(read_events(directory, RECALLED))
+
+
+def reopened(directory: Path, stated: tuple[Setting, ...] = CHOSEN) -> tuple[Record, ...]:
+    """What a service that begins in ``directory`` reads of its journal."""
+    again, records = RunDirectory.reopen(directory, RECALLED, lambda records: changed(records, stated))
+    with again:
+        return records
 
 
 def test_one_directory_has_one_service(tmp_path: Path) -> None:
@@ -65,8 +69,8 @@ def test_a_path_that_is_too_long_for_a_socket_is_refused_before_anything_is_made
 def test_the_same_plant_may_go_on(tmp_path: Path) -> None:
     attached(tmp_path)
     refuse_unfit(tmp_path, "tank", "c" * 64)
-    open_again(tmp_path)
-    Journal.resume(tmp_path).__exit__(None, None, None)
+    assert [record.kind for record in reopened(tmp_path)] == [RunStarted.kind]
+    assert not (tmp_path / "manifest.json").exists()
 
 
 def test_what_has_changed_since_is_in_the_line_with_which_it_goes_on(tmp_path: Path) -> None:
@@ -78,12 +82,33 @@ def test_what_has_changed_since_is_in_the_line_with_which_it_goes_on(tmp_path: P
         ((CHOSEN[0], faster, signed), (faster,)),
         (CHOSEN, (CHOSEN[1],)),
     ):
-        found = changed(past(tmp_path), stated)
-        assert found == expected
-        open_again(tmp_path)
-        Journal.resume(tmp_path, changed=found).__exit__(None, None, None)
-    last = past(tmp_path)[-1]
-    assert last.kind == Resumed.kind and decode(last) == Resumed(3, 0, False, (CHOSEN[1],))
+        before = past(tmp_path)
+        assert changed(before, stated) == expected
+        assert reopened(tmp_path, stated) == before
+    last = decode([record for record in past(tmp_path) if record.kind == Resumed.kind][-1])
+    assert isinstance(last, Resumed) and last.changed == (CHOSEN[1],) and not last.torn
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_journal_that_is_not_what_was_written_is_not_opened_again(tmp_path: Path, closed: bool) -> None:
+    attached(tmp_path, closed)
+    journal = tmp_path / "events.jsonl"
+    whole = journal.read_bytes()
+    journal.write_bytes(whole.replace(b'"seq":1', b'"seq":2', 1))
+    for _ in range(2):  # and nobody else is kept from it
+        with pytest.raises(BrokenChain, match="line 1 carries number 2"):
+            reopened(tmp_path)
+    assert (tmp_path / "manifest.json").exists() == closed
+    journal.write_bytes(whole)
+    assert reopened(tmp_path) == past(tmp_path)[:1]
+
+
+def test_a_journal_that_a_guard_still_writes_is_neither_read_nor_opened(tmp_path: Path) -> None:
+    with RunDirectory(tmp_path / "live") as directory:
+        directory.record(first_event("tank", CHOSEN, "", ()), 0.0)
+        with pytest.raises(RunDirectoryError, match="still goes on"):
+            reopened(tmp_path / "live")
+    assert len(reopened(tmp_path / "live")) == len(past(tmp_path / "live")) - 1
 
 
 @pytest.mark.parametrize(("plant", "configuration"), [("tank", "d" * 64), ("cstr", "c" * 64)])
@@ -115,7 +140,7 @@ def recovered_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_guard_remembers_the_same_of_what_it_reads(recovered_run: Path) -> None:
-    every, read = tuple(read_events(recovered_run)), past(recovered_run)
+    every, read = tuple(read_events(recovered_run)), Found.in_directory(recovered_run, kinds=RECALLED).records
     assert Memory.of(read) == Memory.of(every) and read[-1] == every[-1] and len(read) < len(every)
     assert {record.kind for record in every if record.kind in FOLDED} <= {record.kind for record in read}
     for stated in (every[0].fields["configuration"][:2], [Setting("python", "2.7"), Setting("new", True)]):

@@ -6,6 +6,7 @@ import contextlib
 import os
 import signal
 import sys
+import threading
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -32,7 +33,7 @@ from homeostat.plants.wired.guarding import ISSUER
 from homeostat.record.directory import RunDirectory
 from homeostat.recovery.exchange.reading import Reader
 from homeostat.service.attached.mirroring import Mirror
-from homeostat.service.attached.place import HISTORY, THINKING, changed, first_event, open_again, past
+from homeostat.service.attached.place import HISTORY, RECALLED, THINKING, changed, first_event
 from homeostat.service.attached.source import SLACK_S, Onward
 from homeostat.service.attached.standing import Standing
 from homeostat.service.attached.status import StatusBoard
@@ -49,6 +50,10 @@ STOPPED: Final = "stopped"
 """Outcome in the journal of an attached plant whose service was stopped."""
 REFUSED: Final = 2
 """Exit status of a guard that could not begin, and would not the next time either."""
+ALONE: Final = 1
+"""Exit status of a guard that had not begun when whoever looked after it was gone."""
+ALONE_S: Final = 0.1
+"""How often it is looked whether they are still there until it has begun, wall-clock [s]."""
 FIRST_S: Final = 3.0
 """Longest wait for the first connection before the first tick, wall-clock [s]."""
 LOOK_S: Final = 0.05
@@ -85,10 +90,10 @@ class Attaching:
     """Logins whose names count as people; any other login is one person."""
 
 
-def guard(attaching: Attaching, pulse: int) -> int:
+def guard(attaching: Attaching, pulse: int, parent: int) -> int:
     """Guard until this process is told to end, or whoever started it is gone; the exit status.
 
-    ``pulse``: descriptor that takes a byte at each tick.
+    ``pulse``: descriptor that takes a byte at each tick; ``parent``: number of the process that started it.
     """
     stopping: list[str] = []
     waiting: list[Onward] = []
@@ -108,19 +113,14 @@ def guard(attaching: Attaching, pulse: int) -> int:
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C at the terminal is for whoever started this
     signal.signal(signal.SIGTERM, stop)
-    parent = os.getppid()
-    try:
-        directory, records = _opened(attaching)
-    except (OSError, ValueError) as trouble:
-        return _refused(trouble)
-    with directory:
-        if directory.unsigned:
-            print(f"homeostat: the journal is not signed: {printable(directory.unsigned)}", file=sys.stderr, flush=True)
+    begun = threading.Event()
+    threading.Thread(target=_leave_alone, args=(parent, begun), name="beginning", daemon=True).start()
+    with contextlib.ExitStack() as ending:
         try:
-            guarding = _Guarding(attaching, directory, records)
+            guarding = _begun(attaching, ending)
         except (OSError, ValueError) as trouble:
             return _refused(trouble)
-        del records  # months of them: what counts is remembered
+        begun.set()
         guarding.source.alive = alive
         waiting.append(guarding.source)
         while not stopping:
@@ -128,6 +128,29 @@ def guard(attaching: Attaching, pulse: int) -> int:
             alive()
         guarding.stop(stopping[0])
     return 0
+
+
+def _begun(attaching: Attaching, ending: contextlib.ExitStack) -> _Guarding:
+    """A guard at its first tick; ``ending`` closes what it was begun with.
+
+    The link connects while the journal is read. What writes is taken by a guard, and there is none before that.
+    """
+    link = ending.enter_context(OpcuaLink(attaching.mapping, attaching.rules, attaching.security, attaching.pace))
+    directory, records = _opened(attaching)
+    ending.enter_context(directory)
+    if directory.unsigned:
+        print(f"homeostat: the journal is not signed: {printable(directory.unsigned)}", file=sys.stderr, flush=True)
+    return _Guarding(attaching, directory, records, link)  # of the records, months of them, it keeps what counts
+
+
+def _leave_alone(parent: int, begun: threading.Event) -> None:
+    """End this process where ``parent`` is gone before a guard has ``begun``: another service waits for the directory.
+
+    Nothing was written to the plant by then, and a journal is gone on with wherever it ends.
+    """
+    while not begun.wait(ALONE_S):
+        if os.getppid() != parent:
+            os._exit(ALONE)
 
 
 def _refused(trouble: Exception) -> int:
@@ -140,9 +163,8 @@ def _opened(attaching: Attaching) -> tuple[RunDirectory, tuple[Record, ...]]:
     """The journal, begun or gone on with, and what it held."""
     path, versions = attaching.directory, (Setting("python", sys.version.split()[0]),)
     if (path / JOURNAL).exists():
-        records = past(path)
-        open_again(path)
-        return RunDirectory.resume(path, changed(records, (*attaching.settings, *versions))), records
+        stated = (*attaching.settings, *versions)
+        return RunDirectory.reopen(path, RECALLED, lambda records: changed(records, stated))
     directory = RunDirectory(path)
     started = datetime.now().astimezone().isoformat(timespec="milliseconds")
     directory.record(first_event(attaching.rules.plant, attaching.settings, started, versions), 0.0)
@@ -152,10 +174,12 @@ def _opened(attaching: Attaching) -> tuple[RunDirectory, tuple[Record, ...]]:
 class _Guarding:
     """A guard that is attached, tick by tick."""
 
-    def __init__(self, attaching: Attaching, directory: RunDirectory, records: tuple[Record, ...]) -> None:
+    def __init__(
+        self, attaching: Attaching, directory: RunDirectory, records: tuple[Record, ...], link: OpcuaLink
+    ) -> None:
         rules, self._directory = attaching.rules, directory
         self._configuration = rules.configuration
-        self._link = link = OpcuaLink(attaching.mapping, rules, attaching.security, attaching.pace)
+        self._link = link
         self.source = source = Onward(link.source, records[-1].at_s if records else 0.0, attaching.pace, rules.timing)
         """What is waited for, tick by tick."""
         self._tick_s = rules.timing.tick_s
@@ -204,6 +228,7 @@ class _Guarding:
         until = time.monotonic() + FIRST_S
         while link.trouble and time.monotonic() < until:
             time.sleep(LOOK_S)
+        link.source.skip()  # a long journal was read meanwhile
 
     def tick(self) -> None:
         """One tick: a sample or its absence, one decision, and everybody is told."""

@@ -12,8 +12,8 @@ from typing import Final
 from homeostat.domain.events.people import ModeEntered
 from homeostat.domain.mode import Role
 from homeostat.guard.restart.memory import FOLDED
-from homeostat.journal import Record, Resumed, RunStarted, Setting, read_events
-from homeostat.journal.beside.files import JOURNAL, MANIFEST
+from homeostat.journal import Record, Resumed, RunStarted, Setting
+from homeostat.journal.beside.files import JOURNAL
 from homeostat.journal.reading import parse
 from homeostat.links.errors import LinkError
 
@@ -123,15 +123,6 @@ def changed(records: Sequence[Record], stated: Sequence[Setting]) -> tuple[Setti
     return tuple(setting for setting in stated if before.get(setting.name) != setting.value)
 
 
-def open_again(directory: Path) -> None:
-    """Have a journal that was closed when the service stopped be gone on with."""
-    (directory / MANIFEST).unlink(missing_ok=True)
-
-
 RECALLED: Final = FOLDED | {RunStarted.kind, Resumed.kind, ModeEntered.kind}
-"""Kinds of the events that say where a guard stood, and what it was attached with."""
-
-
-def past(directory: Path) -> tuple[Record, ...]:
-    """What the journal says of where the guard stood, and its last event: months of the rest are followed, not read."""
-    return tuple(read_events(directory, RECALLED))
+"""Kinds of the events that say where a guard stood, and what it was attached with: months of the rest are followed, not
+read."""

@@ -43,6 +43,8 @@ class Keeping:
     """Folder of the history."""
     pulse: int
     """Descriptor that takes a byte each time it says that it goes on."""
+    parent: int
+    """Number of the process that started it: it may be gone before this one has loaded anything."""
 
 
 def keep(keeping: Keeping) -> int:
@@ -71,7 +73,6 @@ class _Keeping:
 
     def __init__(self, keeping: Keeping, store: HistoryStore, stopping: threading.Event) -> None:
         self._keeping, self._store, self._stopping = keeping, store, stopping
-        self._parent = os.getppid()
         self._taken, self._trouble = 0, ""
         self._known = _kept_lately(store)
 
@@ -89,7 +90,7 @@ class _Keeping:
         """Say that this process goes on; whether it shall."""
         with contextlib.suppress(OSError):
             os.write(self._keeping.pulse, b".")
-        if os.getppid() != self._parent:
+        if os.getppid() != self._keeping.parent:
             self._stopping.set()
         return not self._stopping.is_set()
 

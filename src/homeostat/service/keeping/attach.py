@@ -65,10 +65,11 @@ def _kept(attaching: Attaching, thought: ThoughtOf, tell: Callable[[str], object
         stopping.append(number)
 
     before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
-    manager = Notify()
-    guarding = Minded("the guard", lambda pulse: guard(attaching, pulse), GUARD, tell)
-    thinking = Minded("thinking", partial(_think, attaching, thought), THINKING, tell)
-    history = None if attaching.history is None else Minded("the historian", partial(_keep, attaching), HISTORIAN, tell)
+    manager, first = Notify(), os.getpid()  # who is gone before a child has asked for it is known to be gone
+    guarding = Minded("the guard", lambda pulse: guard(attaching, pulse, first), GUARD, tell)
+    thinking = Minded("thinking", partial(_think, attaching, thought, first), THINKING, tell)
+    keep = partial(_keep, attaching, first)
+    history = None if attaching.history is None else Minded("the historian", keep, HISTORIAN, tell)
     ready, told = False, 0.0
     try:
         while not stopping:
@@ -100,15 +101,16 @@ def _kept(attaching: Attaching, thought: ThoughtOf, tell: Callable[[str], object
             signal.signal(number, handler)
 
 
-def _think(attaching: Attaching, thought: ThoughtOf, pulse: int) -> int:
+def _think(attaching: Attaching, thought: ThoughtOf, first: int, pulse: int) -> int:
     """Turn this process into one that thinks; it never returns where that succeeds."""
-    told = str(attaching.directory), thought.plant, repr(attaching.pace), str(pulse), thought.consulted.to_text()
-    return _become("homeostat.service.thinking", *told)
+    told = str(attaching.directory), thought.plant, repr(attaching.pace), str(pulse), str(first)
+    return _become("homeostat.service.thinking", *told, thought.consulted.to_text())
 
 
-def _keep(attaching: Attaching, pulse: int) -> int:
+def _keep(attaching: Attaching, first: int, pulse: int) -> int:
     """Turn this process into one that keeps the history; it never returns where that succeeds."""
-    return _become("homeostat.service.historian", str(attaching.directory), str(attaching.history), str(pulse))
+    given = str(attaching.directory), str(attaching.history), str(pulse), str(first)
+    return _become("homeostat.service.historian", *given)
 
 
 def _become(module: str, *arguments: str) -> int:

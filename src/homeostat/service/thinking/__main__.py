@@ -1,6 +1,6 @@
 """``python -m homeostat.service.thinking``: 'homeostat attach' starts it, and nobody else.
 
-``DIR PLANT PACE DESCRIPTOR CONSULTED`` thinks; ``--check PLANT`` says whether it could, as standard input has it.
+``DIR PLANT PACE DESCRIPTOR PARENT CONSULTED`` thinks; ``--check PLANT`` says whether it could, as standard input has it.
 """
 
 import logging
@@ -17,6 +17,6 @@ if __name__ == "__main__":
         sys.exit(check(sys.argv[2], Consulted.from_text(sys.stdin.read())))
     from homeostat.service.thinking.process import Thinking, think
 
-    directory, plant, pace, pulse, consulted = sys.argv[1:]
+    directory, plant, pace, pulse, parent, consulted = sys.argv[1:]
     logging.basicConfig(level=logging.WARNING, format="homeostat: %(message)s")
-    think(Thinking(Path(directory), plant, float(pace), int(pulse), Consulted.from_text(consulted)))
+    think(Thinking(Path(directory), plant, float(pace), int(pulse), int(parent), Consulted.from_text(consulted)))

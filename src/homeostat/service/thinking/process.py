@@ -51,6 +51,8 @@ class Thinking:
     """Process seconds per wall-clock second."""
     pulse: int
     """Descriptor that takes a byte each time it says that it goes on."""
+    parent: int
+    """Number of the process that started it: it may be gone before this one has loaded anything."""
     consulted: Consulted
     """Who proposes, and what is known from before."""
 
@@ -68,8 +70,8 @@ class Thinking:
 class _Heart:
     """Says from a thread of its own that this process goes on, as long as recovery looks up now and then."""
 
-    def __init__(self, pulse: int, busy_s: float) -> None:
-        self._pulse, self._busy_s, self._parent = pulse, busy_s, os.getppid()
+    def __init__(self, pulse: int, parent: int, busy_s: float) -> None:
+        self._pulse, self._parent, self._busy_s = pulse, parent, busy_s
         self.exchange: Exchange | None = None
         threading.Thread(target=self._beat_on, name="pulse", daemon=True).start()
 
@@ -105,7 +107,7 @@ class _Seen:
 def think(thinking: Thinking) -> None:
     """Think until whoever started this process is gone; ends the process itself where it cannot go on."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C at the terminal is for whoever started this
-    heart = _Heart(thinking.pulse, thinking.busy_s)
+    heart = _Heart(thinking.pulse, thinking.parent, thinking.busy_s)
     plant = load_plant(thinking.plant)
     away = Away(thinking.directory / THINKING, plant.description.machine, lambda: heart.goes_on)
     seen, begun = _Seen(plant.description.timing.tick_s), None

@@ -80,6 +80,12 @@ class Board:
             self._unread = False
             self._changed.notify_all()
 
+    def skip(self) -> None:
+        """Let the newest sample alone wait."""
+        with self._changed:
+            while len(self._waiting) > 1:
+                self._waiting.popleft()
+
     def _dated(self, node: str, reading: NodeReading) -> NodeReading:
         """``reading`` with the time since when its node says so, also over connections."""
         before = self._readings.get(node) or self._earlier.pop(node, None)

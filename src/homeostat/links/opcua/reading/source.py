@@ -64,6 +64,10 @@ class OpcuaSource:
             if (sample := self._sampled(readings, now_s)) is not None:
                 return sample
 
+    def skip(self) -> None:
+        """Leave out the samples that have waited so far but for the newest: nobody was there to read them."""
+        self._board.skip()
+
     def _sampled(self, readings: Mapping[str, NodeReading], now_s: float) -> NodeSample | None:
         """The sample that ``readings`` are at ``now_s`` of our monotonic clock [s]; None where its tick was there."""
         guard, told_s = self._mapping.guard, _number(readings.get(self._mapping.guard.time or ""))
