@@ -158,7 +158,7 @@ def test_a_bar_for_which_no_run_is_in_is_not_measured_and_not_met() -> None:
         "15 of 15 episodes without an action where nothing is needed",
         "9 of 9 episodes of quality at their grade in the end",
     }
-    assert "rates within 0.002 of what is held per hour: 0.0024 at worst of 300 states" in lines
+    assert not any("rates within" in line for line in lines), "that bar is met"
 
 
 def test_the_campaign_has_a_table_of_its_own_and_what_it_lacks_is_said(tmp_path: Path) -> None:

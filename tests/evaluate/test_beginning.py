@@ -54,6 +54,16 @@ def test_everybody_sees_that_state_as_the_ordinary_one_and_the_plant_itself_is_a
     assert begun(plant, scenario(plant, "none", 1)) is plant
 
 
+def test_a_plant_that_begins_elsewhere_is_recovered_by_the_same_decisions(plant: Plant) -> None:
+    """A start anew leads to its ordinary states by design, and is no recovery from where it begins now either."""
+    case = beginning(plant, scenario(plant, "none", 1, end_s=7200.0), "regulatory")
+    was, now = plant.description.machine, begun(plant, case).description.machine
+    assert now.recovery_event == was.recovery_event == "fault_diagnosed"
+    assert not now.is_end("regulatory", now.recovery_event)
+    ways = now.paths("regulatory", {}, now.recovery_event, blocked=())
+    assert {way[-1].target for way in ways} == {"normal", "adjusted", "trims_held", "by_separator", "by_stripper"}
+
+
 def test_what_is_known_of_a_plant_is_forgotten_with_it_and_never_another_one_s(plant: Plant) -> None:
     case = beginning(plant, scenario(plant, "none", 1), "regulatory")
     another = replace(plant, name="another")

@@ -9,6 +9,7 @@ import pytest
 
 from homeostat.domain.cost import PRODUCT, Cost, CostItem
 from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.events.recovery import Missed
 from homeostat.domain.mode import Mode
 from homeostat.recovery.agenda import Agenda, RecoveryMemory, Stance
 from homeostat.recovery.bounds import InterventionBounds
@@ -96,6 +97,25 @@ def test_nobody_is_asked_again_without_news(found: dict[str, Any]) -> None:
 def test_a_batch_that_is_over_is_accepted_where_it_does_no_harm(found: dict[str, bool]) -> None:
     assert stance({**found, "state": "still"}) is Stance.ACCEPT
     assert stance({**HARMFUL, "state": "still"}, **RECOVERED) is Stance.GIVE_UP
+
+
+MISSED = {"missed": Missed("ACC-SOFT", -1.0, "K", 20.0)}
+
+
+@pytest.mark.parametrize("found", [FINE, HARMLESS, HARMFUL])
+def test_what_is_missed_for_long_is_improved_where_nothing_is_wrong(found: dict[str, Any]) -> None:
+    """Nothing else called: the plant is left as it is where nothing is cheaper, and no fallback acts."""
+    well = {**found, "faulty": False}
+    assert stance(well, **MISSED) is Stance.IMPROVE
+    if found is not HARMFUL:
+        assert stance(well, worthwhile=False, **MISSED) is Stance.LEAVE
+        assert stance(well, released_s=100.0 - CALM_S + 0.1, **MISSED) is Stance.LEAVE
+    assert stance(well, in_vain=replace(look(**well), at_s=50.0), **MISSED) is Stance.LEAVE, "nothing is new"
+
+
+def test_what_is_missed_beside_a_fault_or_a_deviation_takes_nothing_from_what_must_be_done() -> None:
+    assert stance(HARMFUL, **MISSED) is Stance.ACT
+    assert stance({**HARMFUL, "faulty": False}, deviates=True, **MISSED) is Stance.ACT
 
 
 def test_what_each_stance_means() -> None:

@@ -85,7 +85,9 @@ def _beginnings(plant: Plant) -> dict[_Beginning, Plant]:
 
 
 def _begins(machine: StateMachine, state: str) -> StateMachine:
-    return replace(machine, states=tuple(replace(s, initial=s.name == state) for s in machine.states))
+    """``machine`` that begins in ``state``; a start anew stays one, and recoveries are decided on what they were."""
+    states = tuple(replace(s, initial=s.name == state) for s in machine.states)
+    return replace(machine, states=states, recovers_on=machine.recovery_event)
 
 
 def _start(plant: Plant, state: str, setpoints: Mapping[str, float]) -> Vec:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from homeostat.domain.diagnosis import Diagnosis, Symptom
+from homeostat.domain.events.recovery import Missed
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.verdict import Released
 from homeostat.recovery.look.news import Look, is_news
@@ -26,6 +27,8 @@ class RecoveryMemory:
     """Symptoms with which a batch that is over was found to be safe."""
     back_s: float | None = None
     """When the way back to ordinary operation is asked for next [s]; None where a fault is in the way, or nothing."""
+    missed: Missed | None = None
+    """What is missed for so long that an improvement is asked for; None where nothing is, or once it was thought of."""
     in_vain: Look | None = None
     """The look after which proposers found nothing, and the plant was left as it is; None where they were not asked."""
 
@@ -105,6 +108,8 @@ class Agenda:
         ``worthwhile``: there is something to win by doing anything. A plant in which nothing is wrong, and everything
         that protects it holds, is left as it is also where it stands elsewhere than its state says: somebody moved it.
         So is one in which only what has come and gone by itself is seen: whatever explains the last of it, it was kept.
+        What is missed for too long is improved where that costs less, also where nothing is wrong; where nothing else
+        calls, no fallback acts for it.
         """
         if look.diagnosis.recurs is not None and not (due or deviates or self.finished(look.state)):
             return Stance.AS_BEFORE
@@ -113,7 +118,8 @@ class Agenda:
             return Stance.LEAVE
         if self.finished(look.state):
             return Stance.ACCEPT if look.fine or look.harmless else Stance.GIVE_UP
-        if not (look.fine or (memory.recovered and look.harmless)):
+        called = due or deviates or look.diagnosis.faulty or look.diagnosis.symptoms
+        if not (look.fine or (memory.recovered and look.harmless) or (memory.missed and not called)):
             return Stance.ACT
         if self._every_step and look.fine and not due:
             return Stance.LEAVE  # proposers are asked when a step is due
@@ -128,7 +134,10 @@ class Agenda:
         return replace(memory, in_vain=None, released_s=memory.released_s if usual else released.at_s)
 
     def _calm(self, memory: RecoveryMemory, look: Look) -> bool:
-        """Whether a plant in which all is well is not to be improved: no fault, or a release that has not settled."""
-        if not look.diagnosis.faulty:
+        """Whether a plant in which all is well is not to be improved.
+
+        Nothing is wrong or missed, or a release has not settled.
+        """
+        if not look.diagnosis.faulty and memory.missed is None:
             return True
         return memory.released_s is not None and look.at_s - memory.released_s < self._intervention.calm_s

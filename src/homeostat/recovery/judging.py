@@ -20,6 +20,7 @@ from homeostat.domain.verdict import Approve, Finding, Revise, Rollout, Verdict
 from homeostat.guard.requests.permissives import refusal
 from homeostat.recovery.choices import Choice, Testing, Waiting
 from homeostat.recovery.deadline import first_violated_s
+from homeostat.recovery.orders import taken_back
 from homeostat.recovery.plant_rules import Bounds, PlantRules
 from homeostat.recovery.probing import Probes
 from homeostat.recovery.scene import Scene
@@ -91,6 +92,10 @@ class Judging:
         """``actions`` that are to last."""
         rollout = await self._agents.simulation.roll_out(situation.diagnosis, actions)
         verdict = self._agents.validation.judge(actions, rollout, path.machine.state(path.target), path)
+        if situation.optional and not situation.diagnosis.faulty:
+            state, rules = self._rules.machine.state(situation.state), self._rules
+            back = taken_back(state, situation.snapshot.values, rules.tags, actions)
+            verdict = Revise((*verdict.findings, *back)) if back else verdict
         cost = self._pricing.of(rollout, actions.states, releases=1) if rollout.weights else None
         attempt = Attempt(number, path, actions, verdict, len(rollout.weights), cost, hypotheses=rollout.hypotheses)
         if not isinstance(verdict, Approve) or cost is None:

@@ -19,6 +19,7 @@ from homeostat.recovery.endings import fall_back, nothing_is_known, stand_down, 
 from homeostat.recovery.intervention import InterventionPolicy
 from homeostat.recovery.judging import Judging
 from homeostat.recovery.look.doubts import Doubts
+from homeostat.recovery.look.missed import MissedCriteria
 from homeostat.recovery.look.news import Look
 from homeostat.recovery.look.prospect import Prospect
 from homeostat.recovery.look.watch import Watch
@@ -44,7 +45,7 @@ class RecoveryLoop:
         self._pricing = pricing = Pricing(rules.prices, rules.limits, rules.scales)
         self._policy = InterventionPolicy(rules.limits, pricing, rules.scales)
         self._scene = scene = Scene(desk, agents.simulation, agents.grounding, trace)
-        self._watch = Watch(agents.monitoring)
+        self._watch, self._missed = Watch(agents.monitoring), MissedCriteria(rules.limits.asking)
         self._progress = ProgressMonitor(bounds.intervention.slack_s, bounds.intervention.repeat_s)
         self._prospect = Prospect(scene, agents, rules, self._progress, bounds)
         self._doubts = Doubts(scene, self._prospect, rules)
@@ -63,11 +64,14 @@ class RecoveryLoop:
             self._scene.take((seen,))
             self._progress.follow(seen)
             noticed = self._watch.notices(seen.sample)
+            missed = self._missed.follow(seen)
             if self._watch.stands_back(seen):
                 self._probes.drop()
                 self._waits.drop()
-                self._memory = replace(self._memory, unanswered=False)
+                self._memory = replace(self._memory, unanswered=False, missed=None)
                 continue
+            if missed is not None:
+                self._memory = replace(self._memory, missed=missed)
             self._doubts.follow(self._watch.symptoms)
             if noticed and not self._agenda.settled(self._memory, self._scene.now.state, self._watch.symptoms):
                 self._memory = replace(self._memory, unanswered=True)
@@ -86,12 +90,14 @@ class RecoveryLoop:
         try:
             scene.record(Noticed(tuple(s.rule for s in self._watch.symptoms)))
             self._doubts.notice(self._watch.symptoms)
-            if deviation is not None:
-                scene.record(deviation)
+            for reason in (deviation, self._memory.missed):
+                if reason is not None:
+                    scene.record(reason)
             try:
                 diagnosis = await self._watch.diagnose(deviates, self._desk.wall_s(self._diagnosis_s))
             except TimeoutError:
                 self._probes.drop()
+                self._thought_through()
                 return nothing_is_known(scene, self._diagnosis_s)
             scene.well("diagnosis")
             if not (diagnosis.news or deviates or scene.now.act_by_s is not None or self._is_due()):
@@ -106,9 +112,12 @@ class RecoveryLoop:
             over = self._waits.end(diagnosis), self._probes.end(diagnosis)
             probed, waited = any(e.held for e in over), any(e.whole for e in over)
             due = any(e.waited for e in over) or diagnosis.ended_s is not None or self._is_asked_for()
-            if diagnosis.symptoms or diagnosis.faulty or deviates or due or scene.now.act_by_s is not None:
+            missed = self._memory.missed is not None
+            if diagnosis.symptoms or diagnosis.faulty or deviates or due or missed or scene.now.act_by_s is not None:
                 outcome = await self.recover(diagnosis, deviates, probed, waited)
-                acts = diagnosis.faulty or ((deviates or diagnosis.symptoms) and isinstance(outcome, Released))
+                self._thought_through()
+                released = isinstance(outcome, Released)
+                acts = diagnosis.faulty or ((deviates or diagnosis.symptoms or missed) and released)
                 if acts and not isinstance(outcome, FallbackNeeded):  # that may still be overtaken until it has acted
                     self._watch.follow(outcome)
                 await self._doubts.escalate(diagnosis, outcome, self._watch.symptoms)
@@ -120,7 +129,12 @@ class RecoveryLoop:
     def _is_due(self) -> bool:
         """Whether the plant is to be looked at although nothing new was seen."""
         over = self._probes.due(self._scene.seen_s) or self._waits.due(self._scene.seen_s)
-        return over or self._is_asked_for()
+        return over or self._memory.missed is not None or self._is_asked_for()
+
+    def _thought_through(self) -> None:
+        """Nothing asks for an improvement any more until it is missed for as long again."""
+        self._memory = replace(self._memory, missed=None)
+        self._missed.forget()
 
     def _is_asked_for(self) -> bool:
         """Whether a step is asked for, or the way back."""

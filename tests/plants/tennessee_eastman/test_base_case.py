@@ -75,6 +75,19 @@ def test_the_base_case_is_at_rest() -> None:
             assert abs(float(np.ravel(rate)[0])) < 0.05 * held, name  # by hand: twenty hours at that rate
 
 
+def test_the_base_case_costs_what_was_published() -> None:
+    """By hand: purge 15.1 kmol/h at 7.60 USD, product 211.4 kmol/h at 0.143, 341.4 kWh at 0.0536, 230.3 kg at 0.0318.
+
+    That is 114.7 + 30.3 + 18.3 + 7.3 = 170.6 USD an hour (Downs and Vogel 1993, table 9, and the base case there).
+    """
+    shown = {v: float(np.ravel(value)[0]) for v, value in measured(start()).items()}
+    lost = {"A": 2.209, "C": 6.177, "D": 22.06, "E": 14.56, "F": 17.89, "G": 30.44, "H": 22.94}
+    purge = 44.791 * shown["F9"] * sum(price * shown[f"X9{name}"] for name, price in lost.items()) / 100.0
+    product = 9.21 * shown["F11"] * sum(lost[name] * shown[f"X11{name}"] for name in "DEF") / 100.0
+    assert purge == pytest.approx(114.7, abs=0.5) and product == pytest.approx(30.3, abs=0.2)
+    assert purge + product + 0.0536 * shown["JK"] + 0.0318 * shown["FS"] == pytest.approx(170.6, abs=0.5)
+
+
 def test_what_is_made_is_what_is_fed_less_what_is_purged() -> None:
     """A, C, D and E come in as 11.2 + 417.5 + 114.5 + 98 kmol/h, and leave as G and H; B leaves with the purge only."""
     shown = {v: float(np.ravel(value)[0]) for v, value in measured(start()).items()}

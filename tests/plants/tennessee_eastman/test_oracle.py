@@ -16,8 +16,12 @@ native = pytest.importorskip(
     reason="tep-studio is not installed; test_base_case.py makes the claim with the published base case",
 )
 COUNT = 300
-WORST = 3e-3
-"""Share of what is held by which a rate may differ in an hour: the other code finds temperatures by iteration."""
+WORST = 2e-3
+"""Share of what is held by which a rate may differ in an hour [1].
+
+At worst it is 0.0012, D in the reactor, through which a thousand times what is held flows in an hour. Pressures differ
+by 5e-8 of themselves, as constants of single precision do, and by more of the drop that drives a flow: in 900 further
+states (seeds 2 to 4) one passes the bar, D in the separator by 0.0034, where 0.12 kPa drive stream 7 in place of 74."""
 
 
 def heat(i: int, t: Vec, vapour: bool) -> Vec:
@@ -76,7 +80,7 @@ def test_rates_agree(other: tuple[Table, Table, Table, Table]) -> None:
     for name, value in here.items():
         if name != "product":
             off = np.abs(found[name] - (later[name] - value) / step) / np.abs(value)
-            assert off.max() < (0.02 if name.endswith("_T") else WORST), name
+            assert off.max() < WORST, name
 
 
 def test_readings_agree(other: tuple[Table, Table, Table, Table]) -> None:

@@ -25,6 +25,7 @@ from homeostat.domain.events.recovery import (
     Doubted,
     FaultsEnded,
     GaveUp,
+    Missed,
     NoActionTaken,
     NotAsked,
     Noticed,
@@ -109,7 +110,7 @@ def _begins(entry: Entry) -> bool:
             return bool(symptoms)
         case Diagnosed(hypotheses=hypotheses):
             return any(h.faults for h in hypotheses)
-        case Deviated() | Strayed() | Tripped() | FallbackActivated():
+        case Deviated() | Strayed() | Missed() | Tripped() | FallbackActivated():
             return True
     return False
 
@@ -163,7 +164,11 @@ def _reason(episode: Episode) -> str:
     """What an episode without diagnosis and symptoms is about."""
     match episode.entries[0].event:
         case (
-            Deviated(reason=reason) | Strayed(reason=reason) | Tripped(reason=reason) | FallbackActivated(reason=reason)
+            Deviated(reason=reason)
+            | Strayed(reason=reason)
+            | Missed(reason=reason)
+            | Tripped(reason=reason)
+            | FallbackActivated(reason=reason)
         ):
             return plainly(reason)
     return "something is wrong"

@@ -367,6 +367,27 @@ class Strayed:
 
 
 @dataclass(frozen=True, slots=True)
+class Missed:
+    """A plant in which nothing need be wrong has missed a criterion for as long as its row allows: something better is
+    looked for."""
+
+    kind: ClassVar[str] = "missed"
+    criterion: str
+    """Name of the criterion."""
+    margin: float
+    """Its mean margin over that time, negative, in ``unit``."""
+    unit: str
+    """Unit of the margin."""
+    over_s: float
+    """How long it may be missed [s]."""
+
+    @property
+    def reason(self) -> str:
+        """One sentence."""
+        return f"{self.criterion} is missed by {-self.margin:.3g} {self.unit} on the mean of {self.over_s:g} s"
+
+
+@dataclass(frozen=True, slots=True)
 class Probed:
     """A test move, or a wait, is to tell explanations apart that call for different answers."""
 

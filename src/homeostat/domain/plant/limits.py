@@ -82,6 +82,9 @@ class Criterion:
     """Document and clause."""
     description: str
     """What it asks for."""
+    asks_after_s: float | None = None
+    """Over so long a time a plant in which nothing is wrong may miss it on the mean before proposers are asked for an
+    improvement [s]; None: for ever."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +129,11 @@ class Limits:
         """The criteria and limits that must hold for anything to be released; the others have a price."""
         soft = [limit for limit in self.of_kind(LimitKind.ENVELOPE) if not limit.hard]
         return tuple(c for c in self.criteria if c.hard), tuple(x for x in self.limits if x not in soft)
+
+    @property
+    def asking(self) -> tuple[Criterion, ...]:
+        """The criteria that ask for an improvement where they are missed for long."""
+        return tuple(c for c in self.criteria if c.asks_after_s is not None)
 
     @property
     def priced(self) -> tuple[Criterion | Limit, ...]:

@@ -86,6 +86,8 @@ class StateMachine:
     """The states."""
     transitions: tuple[Transition, ...]
     """The transitions."""
+    recovers_on: str = ""
+    """Event on which recoveries are decided, where the machine begins elsewhere than by design; empty: what follows."""
 
     def __post_init__(self) -> None:
         names = {s.name for s in self.states}
@@ -112,6 +114,8 @@ class StateMachine:
         It is that of the decisions after which the plant comes to a recovery target without starting anew; should a
         fallback end in one as well, that of the decision with the least risk.
         """
+        if self.recovers_on:
+            return self.recovers_on
         ends, anew = {s.name for s in self.states if s.recovery_target}, {self.initial.name}
         awaited = [t for t in self.transitions if not t.on_decision]
         while before := {t.source for t in awaited if t.target in ends} - ends - anew:

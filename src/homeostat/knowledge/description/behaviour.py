@@ -83,13 +83,13 @@ class _Kind(StrEnum):
     CRITERION = "criterion"
 
 
-def limits(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag]) -> Limits:
-    """The limits and criteria, each sorted by name; formulas are read over ``tags``."""
+def limits(store: GraphStore, system: NamedNode, tags: Mapping[str, Tag], timing: Timing = REFERENCE) -> Limits:
+    """The limits and criteria, each sorted by name; formulas are read over ``tags``, times are for this ``timing``."""
     found = unique(entries(store, "plant_limits", "limit", system))
     kinds = [(entry, entry.word("kind", _Kind)) for entry in found]
     return Limits(
         limits=tuple(_limit(entry, LimitKind(kind), tags) for entry, kind in kinds if kind is not _Kind.CRITERION),
-        criteria=tuple(_criterion(entry, tags) for entry, kind in kinds if kind is _Kind.CRITERION),
+        criteria=tuple(_criterion(entry, tags, timing) for entry, kind in kinds if kind is _Kind.CRITERION),
     )
 
 
@@ -105,7 +105,7 @@ def _limit(entry: Entry, kind: LimitKind, tags: Mapping[str, Tag]) -> Limit:
     )
 
 
-def _criterion(entry: Entry, tags: Mapping[str, Tag]) -> Criterion:
+def _criterion(entry: Entry, tags: Mapping[str, Tag], timing: Timing) -> Criterion:
     return Criterion(
         name=entry.name,
         owner=entry.word("owner", Owner),
@@ -113,6 +113,7 @@ def _criterion(entry: Entry, tags: Mapping[str, Tag]) -> Criterion:
         hard=entry.flag("hard"),
         source=entry.text("source"),
         description=entry.words("description"),
+        asks_after_s=optional_bounded(entry, "asks_after_s", timing),
     )
 
 

@@ -25,9 +25,10 @@ TIMES_S: Final[Mapping[str, tuple[float, float]]] = {
     "lift_s": (0.0, 1800.0),
     "start_up_s": (1.0, 86_400.0),
     "acts_within_s": (3.0, 600.0),
+    "asks_after_s": (60.0, 14_400.0),
 }
 """Column -> shortest and longest time that can be meant, of the reference plant, sampled once per second [s]."""
-_OF_THE_PLANT: Final = frozenset({"lift_s", "start_up_s", "acts_within_s"})
+_OF_THE_PLANT: Final = frozenset({"lift_s", "start_up_s", "acts_within_s", "asks_after_s"})
 """Those that go by how fast the plant is; the others go by its samples."""
 _OF_ITS_SAMPLES: Final[Mapping[str, tuple[bool, bool]]] = {"frozen_s": (True, True), "stale_s": (False, True)}
 """Those of an instrument that go by its own samples, and whether the shortest and the longest time do: whether one is

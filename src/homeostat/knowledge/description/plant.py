@@ -17,7 +17,7 @@ def read_plant(store: GraphStore, system: NamedNode) -> PlantDescription:
     name, label, timing = root(store, system)
     found = signals(store, system)
     tags = {signal.tag.name: signal.tag for signal in found}
-    stated = limits(store, system, tags)
+    stated = limits(store, system, tags, timing)
     read = PlantDescription(
         name=name,
         label=label,

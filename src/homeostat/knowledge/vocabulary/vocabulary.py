@@ -188,6 +188,7 @@ class HS(metaclass=ClosedNamespace, iri="urn:homeostat:ontology#"):
     source: NamedNode
     hard: NamedNode
     owner: NamedNode
+    asksAfter: NamedNode
     window: NamedNode
     appliesInState: NamedNode
     constrains: NamedNode

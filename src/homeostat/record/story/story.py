@@ -18,6 +18,7 @@ from homeostat.domain.events.recovery import (
     FallbackArmed,
     FaultsEnded,
     GaveUp,
+    Missed,
     NoActionTaken,
     NotAsked,
     Noticed,
@@ -98,7 +99,7 @@ class Story:
                 self._asked.add(event.query_sha256)
                 about = ", ".join(event.about)
                 yield Line(at_s, "asked", f"the graph: {event.question} ({about}): {event.answer}", Tone.MUTED)
-            case Deviated() | Strayed():
+            case Deviated() | Strayed() | Missed():
                 yield _departs(event, at_s)
             case Diagnosed():
                 yield from self._report(event, at_s)
@@ -252,7 +253,9 @@ def _wait(event: Waited, at_s: float) -> Line:
     return Line(at_s, "waits", text)
 
 
-def _departs(event: Deviated | Strayed, at_s: float) -> Line:
+def _departs(event: Deviated | Strayed | Missed, at_s: float) -> Line:
+    if isinstance(event, Missed):
+        return Line(at_s, "missed", event.reason, Tone.WARNING)
     if isinstance(event, Strayed):
         return Line(at_s, "strays", event.reason, Tone.WARNING)
     return Line(at_s, "deviates", f"from the prediction in {event.state!r}: {event.reason}", Tone.WARNING)

@@ -8,6 +8,7 @@ from homeostat.domain.plant.limits import LimitKind, Owner
 from homeostat.domain.plant.prices import PriceKind
 from homeostat.knowledge.build.tables import cells
 from homeostat.knowledge.store.error import Code
+from homeostat.stl.formula import parse
 
 
 class OperatingState(cells.TableRow):
@@ -91,8 +92,24 @@ class Criterion(cells.TableRow):
     owner: Annotated[str, cells.words_of(Owner)]
     hard: cells.YesNo
     formula: cells.Condition
+    asks_after_s: Annotated[
+        float | None,
+        cells.seconds("asks_after_s", "what is shorter is a transient, and what is longer asks nobody in time"),
+    ] = None
     source: cells.Text
     description: cells.Text | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.asks_after_s is None:
+            return self
+        if self.hard == "yes":
+            message = "asks_after_s is given, but hard is yes: only what has a price can be bettered; empty the cell"
+            raise cells.CellError(Code.BAD_WORD, message)
+        if parse(self.formula).horizon_s > 0.0:
+            message = f"asks_after_s is given, but '{self.formula}' looks ahead: no reading says it; empty the cell"
+            raise cells.CellError(Code.LIMIT_LOOKS_AHEAD, message)
+        return self
 
 
 class Price(cells.TableRow):

@@ -14,6 +14,7 @@ FOLDER: Final = "engineering"
 OPTIONAL: Final = frozenset({"prices"})
 """Tables that a plant's folder may lack, which is as if they had no row."""
 OPTIONAL_COLUMNS: Final[Mapping[str, frozenset[str]]] = {
+    "criteria": frozenset({"asks_after_s"}),
     "faults": frozenset({"mode"}),
     "trips": frozenset({"fastest", "fallen"}),
 }
