@@ -1,6 +1,6 @@
 """``python -m homeostat.service.thinking``: 'homeostat attach' starts it, and nobody else.
 
-``DIR PLANT PACE DESCRIPTOR PARENT CONSULTED`` thinks; ``--check PLANT`` says whether it could, as standard input has it.
+``DIR PLANT PACE DESCRIPTOR PARENT CONSULTED`` thinks; ``--check PLANT`` says whether it could, by its standard input.
 """
 
 import logging
