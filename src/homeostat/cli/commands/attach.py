@@ -12,12 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from homeostat.cli.arguments import UsageError
-from homeostat.cli.attaching.beside import Beside
 from homeostat.domain.mode import Role
 from homeostat.domain.quotation import printable
 
 if TYPE_CHECKING:
-    from homeostat.cli.attaching.stated import Stated
+    from homeostat.plants.described import DescribedPlant
     from homeostat.service.attached.guarding import Attaching
     from homeostat.service.keeping.attach import ThoughtOf
 
@@ -43,13 +42,12 @@ def carry_out(options: argparse.Namespace) -> int:
     from homeostat.links.opcua.extra import need_opcua
 
     need_opcua()
-    with Beside(options.case) as reading:
-        from homeostat.cli.attaching.compiled import recompiled
-        from homeostat.cli.proposers import consulted
-        from homeostat.service.keeping.attach import ThoughtOf, attach
+    from homeostat.cli.compiled import recompiled
+    from homeostat.cli.proposers import consulted
+    from homeostat.service.keeping.attach import ThoughtOf, attach
 
-        thought = ThoughtOf(_absolute(options.case), consulted(options).elsewhere())
-        attaching = _attaching(options, reading, thought)
+    thought = ThoughtOf(_absolute(options.case), consulted(options).elsewhere())
+    attaching = _attaching(options, thought)
     if slow := recompiled():
         tell(f"SLOW: {slow}")
     return attach(attaching, thought, tell)
@@ -63,8 +61,9 @@ def tell(text: str) -> None:
         return
 
 
-def _attaching(options: argparse.Namespace, reading: Beside, thought: ThoughtOf) -> Attaching:
+def _attaching(options: argparse.Namespace, thought: ThoughtOf) -> Attaching:
     """Everything that the two processes begin with, read and checked."""
+    from homeostat.evaluate.recorded.plant import place
     from homeostat.guard.requests.seal import new_key
     from homeostat.guard.settings import GuardSettings
     from homeostat.journal import Setting
@@ -73,18 +72,19 @@ def _attaching(options: argparse.Namespace, reading: Beside, thought: ThoughtOf)
     from homeostat.links.opcua.security.certificate import Pki
     from homeostat.links.opcua.security.credentials import login_from
     from homeostat.links.opcua.security.security import Security
+    from homeostat.plants.described import read_described
+    from homeostat.plants.wired.guarding import rules_of
     from homeostat.service.attached.guarding import Attaching
     from homeostat.service.thinking.consulted import ROUTE
 
-    plant, mapping = reading.stated(), read_mapping(options.link)
-    rules = plant.rules
+    plant, mapping = read_described(options.case), read_mapping(options.link)
     security = Security(None if options.pki is None else Pki(options.pki), options.insecure, login_from(options.login))
     security.check()
-    tick_s, dead_s = rules.timing.tick_s, mapping.connection.dead_s
+    tick_s, dead_s = plant.description.timing.tick_s, mapping.connection.dead_s
     if dead_s < (least_s := TICKS * tick_s / options.pace):
-        words = f"dead_s = {dead_s:g} s of the mapping is too short for {rules.plant}, which has a tick of {tick_s:g} s"
+        words = f"dead_s = {dead_s:g} s of the mapping is too short for {plant.name}, which has a tick of {tick_s:g} s"
         raise UsageError(f"{words}: a connection that is well would be dead; state at least {least_s:g} s")
-    groups = _groups(options)
+    rules, groups = rules_of(plant), _groups(options)
     if thought.consulted.protocol != ROUTE:  # every step is asked for: nothing follows by itself
         rules = replace(rules, nominal=())
     refuse_disagreement(mapping, rules)
@@ -95,8 +95,8 @@ def _attaching(options: argparse.Namespace, reading: Beside, thought: ThoughtOf)
     if not security.encrypted:
         tell("INSECURE: nothing is encrypted, nobody is checked, nothing can be written")
     settings = (
-        Setting("configuration", rules.configuration),
-        *plant.place,
+        Setting("configuration", plant.configuration),
+        *place(plant.files.folder),
         Setting("link", mapping.digest),
         Setting("pace", options.pace),
         Setting("persons", options.persons),
@@ -109,7 +109,7 @@ def _attaching(options: argparse.Namespace, reading: Beside, thought: ThoughtOf)
         security=security,
         directory=options.dir,
         settings=settings,
-        guard=GuardSettings(persons=options.persons, call_s=CALL_S, lease_within_s=plant.lease_within_s),
+        guard=GuardSettings(persons=options.persons, call_s=CALL_S, lease_within_s=plant.settings.link.lease_within_s),
         pace=options.pace,
         groups=groups,
         key=new_key(),
@@ -150,14 +150,14 @@ def _withheld(objection: str | None, unsigned: bool) -> str:
     return f"the configuration is not signed with this mapping by a trusted key, so nothing is commanded; {REMEDY}"
 
 
-def _signer(plant: Stated, options: argparse.Namespace) -> str:
+def _signer(plant: DescribedPlant, options: argparse.Namespace) -> str:
     """Who signed the configuration."""
     from homeostat.plants.files.signature import signer
 
-    return signer(plant.folder, plant.rules.configuration, options.signature)
+    return signer(plant.files.folder, plant.configuration, options.signature)
 
 
-def _objection(plant: Stated, options: argparse.Namespace, mapping: str) -> str | None:
+def _objection(plant: DescribedPlant, options: argparse.Namespace, mapping: str) -> str | None:
     """Why nobody trusted vouches for the configuration of ``plant`` with this ``mapping``; None where somebody does."""
     from homeostat.journal.signing.keys import read_public
     from homeostat.plants.files.signature import check_signature
@@ -165,7 +165,7 @@ def _objection(plant: Stated, options: argparse.Namespace, mapping: str) -> str 
     if options.signature is not None:
         options.signature.open("rb").close()  # one that was named and is not there is a mistake in the command
     trusted = [read_public(key) for key in options.signed_by]
-    return check_signature(plant.folder, plant.rules.configuration, trusted, options.signature, mapping)
+    return check_signature(plant.files.folder, plant.configuration, trusted, options.signature, mapping)
 
 
 def _history(options: argparse.Namespace) -> Path | None:
