@@ -14,7 +14,7 @@ from tests.cli.command import environment
 @pytest.mark.slow
 def test_an_interpreter_that_keeps_nothing_of_what_it_compiles_is_told(tmp_path: Path) -> None:
     pytest.importorskip("asyncua", reason="the extra 'opcua' is not installed")
-    code = "from homeostat.cli.attaching.compiled import recompiled; print(recompiled())"
+    code = "from homeostat.cli.compiled import recompiled; print(recompiled())"
 
     def told(**changed: str) -> str:
         given = {**environment(), "PYTHONPYCACHEPREFIX": str(tmp_path), **changed}
