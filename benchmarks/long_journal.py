@@ -23,8 +23,9 @@ from homeostat.journal import Journal, read_events
 from homeostat.journal.beside.files import JOURNAL
 from homeostat.journal.chain import GENESIS, digest
 from homeostat.journal.encode import canonical
+from homeostat.journal.found import Found
 from homeostat.journal.reading import scan
-from homeostat.service.attached.place import past
+from homeostat.service.attached.place import RECALLED
 
 ONCE = ("run-started", "run-finished", "resumed", "signed")
 """Kinds that a journal has where it begins, goes on or ends."""
@@ -68,9 +69,9 @@ def _read(folder: Path) -> Memory:
 
 
 def _followed(folder: Path) -> Memory:
-    memory = Memory.of(past(folder))
-    with Journal.resume(folder):
-        return memory
+    found = Found.in_directory(folder, kinds=RECALLED)
+    with Journal.go_on(found):
+        return Memory.of(found.records)
 
 
 def _cpu_s(action: Callable[[], Memory]) -> tuple[float, Memory]:

@@ -21,7 +21,8 @@ from homeostat.guard.restart.memory import Memory
 from homeostat.guard.settings import GuardSettings
 from homeostat.journal import Journal
 from homeostat.journal.beside.files import JOURNAL
-from homeostat.service.attached.place import first_event, past
+from homeostat.journal.found import Found
+from homeostat.service.attached.place import RECALLED, first_event
 from homeostat.service.attached.status import StatusBoard
 from homeostat.service.doors.door import Behind, Doors
 from homeostat.service.order import run_identity
@@ -48,7 +49,7 @@ class Attended:
         folder.mkdir(parents=True, exist_ok=True)
         self.directory, self._lock, self._proposed = folder, threading.Lock(), 0
         begun = (folder / JOURNAL).exists()
-        records = past(folder) if begun else ()
+        records = Found.in_directory(folder, kinds=RECALLED).records if begun else ()
         self._open = contextlib.ExitStack()
         self.journal = self._open.enter_context(Journal.resume(folder) if begun else Journal(folder))
         if not begun:

@@ -186,7 +186,7 @@ def speaking_only(bench: Workbench) -> tuple[Proposer, ...]:
 def test_while_the_model_hangs(plant: Plant) -> None:
     model = SilentModel()
     arrangement = Arrangement(language=Language(model), propose=speaking_only)
-    assert acts_in_time(run(plant, ThinkingClock(8.0), arrangement)) and model.asked >= 1
+    assert acts_in_time(run(plant, ThinkingClock(4.0), arrangement)) and model.asked >= 1
 
 
 def test_while_a_proposer_never_yields(plant: Plant, stop: threading.Event) -> None:
