@@ -20,6 +20,7 @@ pytest.importorskip("asyncua", reason="the extra 'opcua' is not installed")
 
 from homeostat.journal import read_events
 from homeostat.journal.verify.verify import verify
+from homeostat.service.thinking.consulted import Consulted
 from tests.cli.command import environment
 from tests.equipment.opcua.attached import Attached, Reactor, until
 
@@ -177,8 +178,8 @@ def test_who_was_alone_before_it_had_loaded_anything_leaves_all_the_same(live: P
     live.mkdir()
     dead = subprocess.Popen([sys.executable, "-c", ""])
     dead.wait(60.0)
-    given = ("cstr", "1.0") if module == "thinking" else (f"{live}.history",)
-    command = [sys.executable, "-m", f"homeostat.service.{module}", str(live), *given, "1", str(dead.pid)]
+    given, after = (("cstr", "1.0"), (Consulted().to_text(),)) if module == "thinking" else ((f"{live}.history",), ())
+    command = [sys.executable, "-m", f"homeostat.service.{module}", str(live), *given, "1", str(dead.pid), *after]
     done = subprocess.run(command, stdout=subprocess.DEVNULL, env=environment(), timeout=120.0)
     assert done.returncode == 0
 
