@@ -9,8 +9,8 @@ import numpy as np
 
 from benchmarks.latest_fallback import latest_fallback
 from homeostat.domain.diagnosis import FaultMode, FaultState
+from homeostat.domain.events.deviations import Deviated
 from homeostat.domain.events.guard import StateEntered
-from homeostat.domain.events.recovery import Deviated
 from homeostat.evaluate.reference.best_route import best_route
 from homeostat.evaluate.runner import run
 from homeostat.evaluate.scenario import Scenario, departing, scenario

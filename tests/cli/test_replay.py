@@ -5,13 +5,16 @@ from __future__ import annotations
 import re
 import shutil
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 
 import pytest
 
-from homeostat.domain.events import recovery as decision_events
+from homeostat.domain import events
 from homeostat.journal import read_events
 from homeostat.record.decode import EVENTS, decode
+from homeostat.record.events import declared
 from tests.cli.command import Done, homeostat, refused
 
 
@@ -108,9 +111,8 @@ def test_every_event_of_a_run_is_recalled(record: Path) -> None:
     assert [e.kind for e in events if e is not None] == [r.kind for r in records]
 
 
-def test_every_decision_can_be_recalled() -> None:
-    declared = [
-        item for item in vars(decision_events).values()
-        if isinstance(item, type) and item.__module__ == decision_events.__name__ and hasattr(item, "kind")
-    ]  # fmt: skip
-    assert declared and set(declared) <= set(EVENTS)
+def test_every_event_can_be_recalled() -> None:
+    """In whichever file of the package it is declared."""
+    files = [import_module(f"{events.__name__}.{one.name}") for one in iter_modules(events.__path__)]
+    found = {event for file in files for event in declared(file)}
+    assert len(files) > 5 and found <= set(EVENTS) and {"Diagnosed", "Deviated"} <= {event.__name__ for event in found}

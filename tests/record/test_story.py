@@ -9,17 +9,16 @@ import pytest
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.certificate import Certificate
 from homeostat.domain.cost import Cost, CostItem
+from homeostat.domain.events.deviations import Deviated, Strayed
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.events.recovery import (
     Compared,
-    Deviated,
     NoActionTaken,
     NotAsked,
     Probed,
     ProbeEnded,
     ReleasedActions,
     ReleaseRefused,
-    Strayed,
 )
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.request import RequestStatus

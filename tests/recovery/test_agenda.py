@@ -9,7 +9,8 @@ import pytest
 
 from homeostat.agents.roles import NoAdmissiblePlan
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.recovery import Attempted, Deviated, NoActionTaken
+from homeostat.domain.events.deviations import Deviated
+from homeostat.domain.events.recovery import Attempted, NoActionTaken
 from homeostat.domain.observation import Observation
 from homeostat.domain.plant.limits import Limits
 from homeostat.domain.plant.prices import Price

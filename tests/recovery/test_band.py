@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.domain.diagnosis import FaultState, Hypothesis
-from homeostat.domain.events.recovery import Strayed
+from homeostat.domain.events.deviations import Strayed
 from homeostat.domain.snapshot import Snapshot, Trajectory
 from homeostat.domain.verdict import Rollout, RolloutResult
 from homeostat.recovery.bounds import InterventionBounds

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.events.deviations import Deviated
 from homeostat.domain.events.guard import StateEntered
-from homeostat.domain.events.recovery import Deviated, NoActionTaken, Noticed, ReleasedActions
+from homeostat.domain.events.recovery import NoActionTaken, Noticed, ReleasedActions
 from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.recovery import ActionSet
 from homeostat.domain.verdict import StepBand

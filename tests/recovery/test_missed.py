@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from homeostat.domain.events.recovery import Attempted, Compared, Missed
+from homeostat.domain.events.deviations import Missed
+from homeostat.domain.events.recovery import Attempted, Compared
 from homeostat.domain.observation import FallBack, Observation
 from homeostat.domain.plant.limits import Criterion, Limits
 from homeostat.domain.recovery import ActionSet

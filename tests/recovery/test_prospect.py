@@ -6,7 +6,7 @@ import threading
 from dataclasses import replace
 
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.recovery import Deviated
+from homeostat.domain.events.deviations import Deviated
 from homeostat.domain.observation import Trouble
 from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.verdict import NoActionNeeded, Released

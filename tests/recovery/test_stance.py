@@ -9,7 +9,7 @@ import pytest
 
 from homeostat.domain.cost import PRODUCT, Cost, CostItem
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.recovery import Missed
+from homeostat.domain.events.deviations import Missed
 from homeostat.domain.mode import Mode
 from homeostat.recovery.agenda import Agenda, RecoveryMemory, Stance
 from homeostat.recovery.bounds import InterventionBounds

@@ -3,7 +3,8 @@
 from types import ModuleType
 from typing import Final
 
-from homeostat.domain.events import foresight, guard, people, recovery, trips, writes
+from homeostat.domain.events import deviations, foresight, guard, people, recovery, trips, writes
+from homeostat.domain.events.deviations import *  # noqa: F403
 from homeostat.domain.events.foresight import *  # noqa: F403
 from homeostat.domain.events.guard import *  # noqa: F403
 from homeostat.domain.events.people import *  # noqa: F403
@@ -20,9 +21,10 @@ def declared(module: ModuleType) -> tuple[type[Event], ...]:
     return tuple(item for item in own if hasattr(item, "kind"))
 
 
+_MODULES = recovery, deviations, foresight, guard, trips, people, writes
 EVENTS: Final[tuple[type[Event], ...]] = (
     *(RunStarted, RunFinished, Resumed, Signed, ModelCalled),
-    *(event for module in (recovery, foresight, guard, trips, people, writes) for event in declared(module)),
+    *(event for module in _MODULES for event in declared(module)),
 )
 """The events that are decoded; a record of another kind is somebody else's."""
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from homeostat.domain.diagnosis import Diagnosis, Symptom
-from homeostat.domain.events.recovery import Missed
+from homeostat.domain.events.deviations import Missed
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.verdict import Released
 from homeostat.recovery.look.news import Look, is_news

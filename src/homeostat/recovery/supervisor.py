@@ -8,7 +8,8 @@ from homeostat.agents.pricing import Pricing
 from homeostat.agents.roles import Agents, NoAdmissiblePlan
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.diagnosis import Diagnosis
-from homeostat.domain.events.recovery import Concluded, Deviated, Diagnosed, FaultsEnded, Noticed, Strayed
+from homeostat.domain.events.deviations import Deviated, Strayed
+from homeostat.domain.events.recovery import Concluded, Diagnosed, FaultsEnded, Noticed
 from homeostat.domain.ports import Desk
 from homeostat.domain.verdict import Approve, FallbackNeeded, NoActionNeeded, Released, Resolution, Verdict
 from homeostat.journal.events import Trace

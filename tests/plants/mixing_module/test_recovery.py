@@ -8,8 +8,9 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.mixing_wrong_routes import forced
+from homeostat.domain.events.deviations import Deviated
 from homeostat.domain.events.guard import StateEntered
-from homeostat.domain.events.recovery import Deviated, Diagnosed, ReleasedActions
+from homeostat.domain.events.recovery import Diagnosed, ReleasedActions
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Revise

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from homeostat.domain.events.deviations import Missed, Strayed
 from homeostat.domain.events.people import ModeEntered
 from homeostat.domain.events.recovery import Noticed
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
@@ -91,8 +92,9 @@ def test_an_observation_arrives_with_thinkings_own_machine() -> None:
 
 
 def test_events_of_recovery_are_journalled_and_what_a_guard_is_restored_from_is_not() -> None:
-    noticed = Recorded(Noticed(("SYM-1",)), 12.0)
-    assert from_thinking(to_guard(noticed), MACHINE) == noticed
+    for event in (Noticed(("SYM-1",)), Missed("ACC-T", -1.5, "K", 60.0), Strayed("LIM-T", 0.5, 1.5, "nearer")):
+        recorded = Recorded(event, 12.0)
+        assert from_thinking(to_guard(recorded), MACHINE) == recorded
     assert from_thinking(to_guard(Ready(7)), MACHINE) == Ready(7)
     with pytest.raises(LookupError):
         from_thinking(to_guard(Recorded(ModeEntered("closed-loop", "Mallory"), 1.0)), MACHINE)

@@ -15,24 +15,22 @@ from homeostat.console.readings import Readings
 from homeostat.console.wording import plainly
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultProbability, Symptom, by_fault_set
+from homeostat.domain.events.deviations import Deviated, Missed, Strayed
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.events.people import PersonHeard
 from homeostat.domain.events.recovery import (
     Attempted,
     Compared,
-    Deviated,
     Diagnosed,
     Doubted,
     FaultsEnded,
     GaveUp,
-    Missed,
     NoActionTaken,
     NotAsked,
     Noticed,
     ReleasedActions,
     ReleaseRefused,
     Remarked,
-    Strayed,
     SymptomsCleared,
 )
 from homeostat.domain.events.trips import FallbackActivated, FallbackStands, Tripped

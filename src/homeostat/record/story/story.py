@@ -7,18 +7,17 @@ from typing import Final
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.diagnosis import FaultState, Hypothesis, Symptom, by_fault_set
 from homeostat.domain.disturbance import Disturbance
+from homeostat.domain.events.deviations import Deviated, Missed, Strayed
 from homeostat.domain.events.foresight import Foreseen, Reached
 from homeostat.domain.events.guard import StateEntered
 from homeostat.domain.events.recovery import (
     Attempted,
     Compared,
-    Deviated,
     Diagnosed,
     Doubted,
     FallbackArmed,
     FaultsEnded,
     GaveUp,
-    Missed,
     NoActionTaken,
     NotAsked,
     Noticed,
@@ -28,7 +27,6 @@ from homeostat.domain.events.recovery import (
     ReleaseRefused,
     Remarked,
     Retrieved,
-    Strayed,
     SymptomsCleared,
     Waited,
 )

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from homeostat.domain.events.recovery import Strayed
+from homeostat.domain.events.deviations import Strayed
 from homeostat.domain.plant.limits import Limit
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Rollout

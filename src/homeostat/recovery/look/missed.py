@@ -4,7 +4,7 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
-from homeostat.domain.events.recovery import Missed
+from homeostat.domain.events.deviations import Missed
 from homeostat.domain.observation import Observation
 from homeostat.domain.plant.limits import Criterion
 from homeostat.domain.snapshot import Snapshot

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from homeostat.agents.roles import Agents
 from homeostat.domain.diagnosis import Diagnosis
+from homeostat.domain.events.deviations import Deviated, Strayed
 from homeostat.domain.events.foresight import Foreseen
-from homeostat.domain.events.recovery import Deviated, Strayed
 from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import Step
 from homeostat.domain.verdict import Rollout, Verdict

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final, TypeAlias
 
-from homeostat.domain.events import foresight, recovery
+from homeostat.domain.events import deviations, foresight, recovery
 from homeostat.domain.observation import (
     Arm,
     Correction,
@@ -44,7 +44,7 @@ _PLAIN: Final[Mapping[str, type]] = {
 """Messages whose fields are numbers and texts."""
 EVENTS: Final[Mapping[str, type[Event]]] = {
     ModelCalled.kind: ModelCalled,
-    **{kind.kind: kind for module in (recovery, foresight) for kind in declared(module)},
+    **{kind.kind: kind for module in (recovery, deviations, foresight) for kind in declared(module)},
 }
 """Kinds of events that thinking may have journalled: none that a guard takes its position from."""
 
