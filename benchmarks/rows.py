@@ -50,16 +50,18 @@ def pack(name: str, patterns: Iterable[str], root: Path = ROOT) -> list[Path]:
 
 
 def unpack(name: str, root: Path = ROOT) -> list[Path]:
-    """Put back what is kept of the study ``name``; the files that were put."""
-    put = []
-    with tarfile.open(archive_of(name, root)) as archive:
+    """Put back what is kept of the study ``name``; the files that were put. FileNotFoundError where nothing is."""
+    put, kept = [], archive_of(name, root)
+    if not kept.exists():
+        raise FileNotFoundError(f"nothing is kept of a study {name!r}: there is no {kept.relative_to(root)}")
+    with tarfile.open(kept) as archive:
         for entry in archive.getmembers():
             path = root / entry.name
             held = archive.extractfile(entry)
             if held is None or (path.exists() and path.stat().st_size >= entry.size):
                 continue
             if not path.resolve().is_relative_to(root.resolve()):
-                raise ValueError(f"{archive_of(name, root)} names a file outside the project: {entry.name}")
+                raise ValueError(f"{kept} names a file outside the project: {entry.name}")
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(held.read())
             put.append(path)

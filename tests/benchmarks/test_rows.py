@@ -66,3 +66,8 @@ def test_an_archive_writes_nothing_outside_the_project(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="outside the project"):
         unpack("bad", root)
     assert not (tmp_path / "outside.jsonl").exists()
+
+
+def test_a_study_of_which_nothing_is_kept_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="nothing is kept of a study 'unknwon'"):
+        unpack("unknwon", tmp_path)
