@@ -448,3 +448,16 @@ def test_time_that_was_blind_before_a_lift_is_not_used_up() -> None:
         w.judge(hot(310.0), uncertain="Tx")
     w = being_lifted(w)
     assert [w.judge(hot(315.0), uncertain="Tx") for _ in range(7)] == [()] * 6 + [("LIM-HOT",)]
+
+
+def test_one_noisy_reading_of_a_lifted_limit_ends_nothing() -> None:
+    """Corrected by 5 K it is violated by 1 K every other tick, and holds by 1 K between them: nothing adds up."""
+    w = being_lifted(Watch())
+    assert [w.judge(hot(319.0 if k % 2 else 317.0)) for k in range(12)] == [()] * 12
+
+
+@pytest.mark.parametrize(("t", "ticks"), [(320.0, 5), (319.0, 9), (322.1, 2)])
+def test_a_limit_that_is_violated_as_it_is_corrected_trips_by_its_own_sum(t: float, ticks: int) -> None:
+    """By hand: of 8 K s that are allowed, 2 K use 2 in a second, so that the fifth trips."""
+    w = being_lifted(Watch())
+    assert [w.judge(hot(t)) for _ in range(ticks)] == [()] * (ticks - 1) + [("LIM-HOT",)]

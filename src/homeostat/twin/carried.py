@@ -61,6 +61,11 @@ def shares(hypotheses: Sequence[Hypothesis]) -> Vec:
     return found
 
 
+def scaled(faults: FaultSet, share: float) -> FaultSet:
+    """``faults``, each ``share`` times as large as it is; none where that is 0."""
+    return tuple(replace(f, severity=share * f.severity) for f in faults) if share else ()
+
+
 def joined(each: Sequence[Carried]) -> Carried:
     """All of them, one after the other."""
     severity, onset = (np.vstack(tables) for tables in zip(*((c.severity, c.onset_s) for c in each), strict=True))

@@ -8,7 +8,7 @@ import numpy as np
 from homeostat.process.batch import Batch, BatchResult, simulate, tick_of
 from homeostat.process.model import ProcessModel
 from homeostat.process.moves import Move, MoveKind, Moves, moved_inputs
-from homeostat.process.types import Cube, Table, Vec
+from homeostat.process.types import Cube, Indices, Table, Vec
 from homeostat.twin.carried import Carried
 from homeostat.twin.history import Window
 from homeostat.twin.shared_prefix import simulate_with_prefix
@@ -42,6 +42,36 @@ def replay(
     if offset is not None:
         states = states + offset
     result = _run(model, window, states, parameters, carried, variables, window.length - 1, refuse)
+    return Replay(result.record, result.state)
+
+
+def replay_ends(
+    model: ProcessModel,
+    window: Window,
+    parameters: Vec,
+    before: Carried,
+    after: Carried,
+    variables: tuple[str, ...],
+    ends: Indices,
+) -> Replay:
+    """Follow ``window`` with one member that goes on as ``after`` from each of the ticks ``ends`` on, 1 at least.
+
+    ``before``, ``after``: what it carries, one each; ``parameters``: shape (parameters,). One member for each end.
+    Raises ProcessError as the engine does.
+    """
+    shown, name = [model.shown[v] for v in variables], model.states.__getitem__
+    states = starting_states(model, window, parameters[None], before, variables)
+    until = open_loop(model, window, states, parameters[None], before)
+    whole = tuple(range(len(model.states)))
+    until = replace(until, record=whole, steps=int(ends.max()), moves=Moves.of(before.moves) if before.moved else None)
+    there = simulate(model.kernel, until, name).record[0]
+    count = len(ends)
+    rest = open_loop(model, window, there[ends - 1], np.tile(parameters, (count, 1)), after.repeated(count))
+    moves = Moves.of(after.moves * count) if after.moved else None
+    rest = replace(rest, record=tuple(shown), begin=ends.astype(np.int64), moves=moves)
+    result = simulate(model.kernel, rest, name)
+    for m, end in enumerate(ends.tolist()):
+        result.record[m, :end] = there[:end, shown]
     return Replay(result.record, result.state)
 
 

@@ -31,6 +31,7 @@ from homeostat.twin.carried import Carrier, FaultSet, shares
 from homeostat.twin.forecast import Ensemble, Forecast, Past, after, follow, forecast, synchronise
 from homeostat.twin.history import History, Window
 from homeostat.twin.instrument_errors import instrument_errors
+from homeostat.twin.isolation.beginnings import before_onsets
 from homeostat.twin.isolation.ended import STRETCHES, Ended
 from homeostat.twin.isolation.evidence import Accuracy, Fit
 from homeostat.twin.isolation.isolation import FaultIsolation, Question
@@ -85,6 +86,7 @@ class Twin:
         self._parameters, self._timing = description.parameters, description.timing
         self.settings, self._seed = settings, seed
         self._posterior = self._healthy = prior(model, self._parameters)
+        self._beside = set[str]()
         tick_s, sampled = description.timing.tick_s, description.sampled
         self._history = History(
             description.variables, model.inputs, settings.settle_rows, tick_s=tick_s, sampled=sampled
@@ -118,6 +120,8 @@ class Twin:
 
     def believe(self, known: FaultSet) -> None:
         """From now on ``known`` is taken to be wrong, and to have moved what no instrument shows since it began."""
+        if {fault.fault for fault in known} != self._beside:  # what was sharpened holds beside those faults
+            self._posterior = self._healthy
         self._unseen.believe(known, self._history, self._posterior.mean + self._posterior.change(known))
 
     def frozen(self) -> Twin:
@@ -143,6 +147,7 @@ class Twin:
         replaced: the model errs in the same way for minutes, and many such looks would make it sure of an error.
         """
         first = max(hypotheses, key=lambda h: h.probability)
+        self._beside = {fault.fault for fault in first.faults}
         self._posterior = self._learned(self._healthy, seconds, [first.faults, *self._carrier.off_by_one_sd(first)])
 
     def _learned(self, posterior: Posterior, seconds: float, faults: Sequence[FaultSet]) -> Posterior:
@@ -171,6 +176,8 @@ class Twin:
         """
         settings, end_s, tick_s = self.settings, self._history.window(1).end_s, self._timing.tick_s
         longest = min(end_s - min(since_s, end_s) + settings.lead_s, settings.replay_s)
+        onsets_s = (fault.onset_s for fault in known)
+        longest = end_s - before_onsets(end_s - longest, onsets_s, settings.settle_rows, tick_s)
         seconds = min(longest, max(end_s - from_s + tick_s, 2.0 * tick_s))
         window, recent = self._last(seconds), self._last(min(settings.recent_s, seconds))
         past = partial(self._history.around, before_s=settings.lead_s, after_s=settings.replay_s)

@@ -11,6 +11,7 @@ from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.agents.monitoring.followed import Followed
 from homeostat.agents.monitoring.recurring import Recurring
 from homeostat.agents.monitoring.settings import MonitoringSettings
+from homeostat.agents.monitoring.sharpening import Sharpening
 from homeostat.agents.monitoring.stepped import Stepped
 from homeostat.agents.monitoring.still import Picture, Still
 from homeostat.agents.monitoring.symptoms import SymptomWatch
@@ -31,9 +32,6 @@ from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released, R
 from homeostat.stl.formula import Formula
 from homeostat.twin.isolation.ended import left_open
 from homeostat.twin.twin import Twin
-
-MOVED_S = 60.0
-"""After a release, the time by the reference in which the plant moves too fast to learn from [s]."""
 
 
 class TwinMonitoring:
@@ -67,7 +65,7 @@ class TwinMonitoring:
         self._started_s: float | None = None
         self._centred, self._adapted_s = False, math.inf
         self._acknowledged: dict[str, float] = {}
-        self._released_s: float | None = None
+        self._sharpening = Sharpening(twin, self._timing, self._settings.review_s)
         self._first_s: float | None = None
         self._quiet_until_s = self._gathers_until_s = 0.0
         self._review_at_s: float | None = None
@@ -146,7 +144,7 @@ class TwinMonitoring:
         self._said, self._doubts, self._last = hypotheses, (), self._symptoms or self._last
         self._clearing.explained([s.rule for s in self._symptoms])
         self._acknowledge()
-        self._sharpen(hypotheses)
+        self._sharpening.learn(hypotheses, self._at_s, deviates)
         self._twin.believe(self._known)
         same = {f.fault for f in before} == {f.fault for f in self._known}
         return Diagnosis(self._at_s, self._last, hypotheses, news=not (again and same))
@@ -257,7 +255,7 @@ class TwinMonitoring:
         self._stopped = isinstance(outcome, FallbackNeeded)
         match outcome:
             case Released(actions=actions, at_s=at_s):
-                self._released_s = self._recurring.released_s = at_s
+                self._sharpening.released_s = self._recurring.released_s = at_s
                 self._followed.released(actions.commands, at_s)
                 self._quiet_until_s = at_s + self._settings.transient_s
                 self._review_at_s = at_s + self._review_in_s(at_s)
@@ -371,16 +369,6 @@ class TwinMonitoring:
         if math.isfinite(self._beside_s):  # how it scattered before says that it is stuck
             return self._twin.frozen().explain(*asked, self._from_s, True)
         return self._twin.frozen().explain(*asked, -math.inf if self._still.symptoms else self._from_s)
-
-    def _sharpen(self, hypotheses: tuple[Hypothesis, ...]) -> None:
-        """Where one fault, of whatever size, explains all since the release, learn the parameters from then on."""
-        carried = with_a_twin(hypotheses)
-        one = len(carried) == 1 or (len({h.name for h in carried}) == 1 and carried[0].between is not None)
-        if self._released_s is None or not one:
-            return
-        seconds = min(self._at_s - self._released_s, self._settings.review_s) - self._timing.time_s(MOVED_S)
-        if seconds >= self._settings.review_s / 2:
-            self._twin.recalibrate(seconds, carried)
 
     def _unsure(self, hypotheses: tuple[Hypothesis, ...]) -> bool:
         """Whether no explanation stands out."""

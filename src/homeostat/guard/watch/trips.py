@@ -339,10 +339,13 @@ class TripWatch:
         return watched.uncarried_s <= rule.grace_s and watched.uncarried <= rule.cusum
 
     def _may_lift(self, rule: TripRule, watched: _Watched, size: float, explained: tuple[float, ...]) -> bool:
-        """Whether a correction of this ``size`` may keep a reading from tripping while something carries its limit."""
+        """Whether a correction of this ``size`` may keep a reading from tripping while something carries its limit.
+
+        While it does, its own violations add up as those of the limit do: a noisy one ends nothing.
+        """
         refuted = all(self._errors)  # an empty mapping says that the readings may be right as they are
         bounded = size <= rule.lift and watched.lifted_s < rule.lift_s
-        return refuted and bounded and min(explained) >= 0.0
+        return refuted and bounded and (min(explained) >= 0.0 or (watched.lifting and watched.corrected <= rule.cusum))
 
     def _may_hold(self, rule: TripRule, watched: _Watched, size: float, said: float) -> bool:
         """Whether a violation that a correction of this ``size`` alone shows may wait: reading and carrier refute it.

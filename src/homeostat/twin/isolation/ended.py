@@ -13,9 +13,11 @@ import numpy as np
 
 from homeostat.domain.diagnosis import FaultMode, Hypothesis, by_fault_set
 from homeostat.process.batch import ProcessError
-from homeostat.twin.carried import FaultSet
+from homeostat.twin.carried import FaultSet, scaled
 from homeostat.twin.history import Window
+from homeostat.twin.isolation.beginnings import begins_in
 from homeostat.twin.isolation.course import stopped
+from homeostat.twin.isolation.ends import best_end
 from homeostat.twin.isolation.evidence import Evidence, Fit
 from homeostat.twin.isolation.responses import FIRST_ROW
 
@@ -32,8 +34,6 @@ SHORT = 10
 on the whole, and badly at one of its ends."""
 CHANGED = 80
 """Where nothing is better than what was known, but leaves more than noise, a stretch of so many readings says so."""
-ABOUT = 5
-"""Readings by which the onset of what is known may be off."""
 SIZES = (0.97, 1.0, 1.03)
 """Multiples of its size with which each of these is tried: nobody knew it exactly [1]."""
 TURNS = tuple(k / 8.0 for k in range(8))
@@ -70,6 +70,17 @@ def ended(
     the physical world. It is over since the first of the readings that nothing explains throughout, or of the shortest
     stretch: what is looked at afterwards has hardly a part in which it was there.
     """
+    every = list(windows)
+    return _in_a_stretch(known, every, compared, modes) or _within(known, every, compared, modes)
+
+
+def _in_a_stretch(
+    known: Sequence[FaultSet],
+    windows: Sequence[Window],
+    compared: Callable[[Window], Evidence],
+    modes: Mapping[str, FaultMode],
+) -> Ended | None:
+    """As :func:`ended`, by readings that nothing explains from the first of them on."""
     found, since_s, shortest_s, throughout = None, -np.inf, -np.inf, True
     turn_s = max((f.period_s for faults in known for f in faults), default=0.0)
     for window in windows:
@@ -95,6 +106,32 @@ def ended(
         elif found or lead <= -THERE_NATS or (lead <= 0.0 and fit.strained):
             break
     return found
+
+
+def _within(
+    known: Sequence[FaultSet],
+    windows: Sequence[Window],
+    compared: Callable[[Window], Evidence],
+    modes: Mapping[str, FaultMode],
+) -> Ended | None:
+    """As :func:`ended`, by readings in which it was there until it ended, and which that explains from first to last.
+
+    Of what swings every turn looks like an end.
+    """
+    if any(f.period_s for faults in known for f in faults):
+        return None
+    for window in windows:
+        if begins_in(window, known):
+            continue
+        throughout = [*known, *_stopped(known, modes, window)]
+        try:
+            evidence = compared(window)
+            end = best_end(evidence, known, [*_sized(throughout), *_less_of(known)])
+        except ProcessError:
+            continue
+        if end is not None and end.lead >= OVER_NATS and end.over_less >= -LESS_NATS and not end.fit.strained:
+            return Ended(end.since_s, fits=True)
+    return None
 
 
 def _stopped(known: Sequence[FaultSet], modes: Mapping[str, FaultMode], window: Window) -> list[FaultSet]:
@@ -125,15 +162,6 @@ def left_open(said: Sequence[Hypothesis]) -> list[FaultSet]:
     return list(dict.fromkeys(each.faults for each in said if near(each)))
 
 
-def begins_in(window: Window, known: Sequence[FaultSet]) -> bool:
-    """Whether anything ``known`` began about where ``window`` does: its first readings say what state it begins in.
-
-    A step that a fault made among them is the state from which nothing explains the rest, and the fault does not.
-    """
-    about_s = (window.settle_rows + ABOUT) * window.tick_s
-    return any(abs(f.onset_s - window.start_s) <= about_s for faults in known for f in faults)
-
-
 def fit_of_nothing(evidence: Evidence) -> tuple[Fit, bool]:
     """How well nothing explains the readings, and whether it does so from the first of them to the last.
 
@@ -161,7 +189,7 @@ def _sized(known: Sequence[FaultSet]) -> Iterator[FaultSet]:
     """Each set of ``known``, smaller and larger, and at other moments of a turn: nobody knew a period exactly."""
     for faults in known:
         swings = any(fault.period_s for fault in faults)
-        yield from (_later(_times(faults, size), turn) for size in SIZES for turn in (TURNS if swings else (0.0,)))
+        yield from (_later(scaled(faults, size), turn) for size in SIZES for turn in (TURNS if swings else (0.0,)))
 
 
 def _later(faults: FaultSet, turn: float) -> FaultSet:
@@ -172,11 +200,6 @@ def _later(faults: FaultSet, turn: float) -> FaultSet:
 def _less_of(known: Sequence[FaultSet]) -> Iterator[FaultSet]:
     """Less of each set of ``known``: all of it smaller, and each of several by itself."""
     for faults in known:
-        yield from (_times(faults, size) for size in SMALLER)
+        yield from (scaled(faults, size) for size in SMALLER)
         if len(faults) > 1:
-            yield from (_times((fault,), size) for fault in faults for size in (*SMALLER, 1.0))
-
-
-def _times(faults: FaultSet, size: float) -> FaultSet:
-    """``faults``, each of so many times its size."""
-    return tuple(replace(f, severity=size * f.severity) for f in faults)
+            yield from (scaled((fault,), size) for fault in faults for size in (*SMALLER, 1.0))

@@ -17,14 +17,14 @@ import numpy as np
 from homeostat.process.batch import ProcessError, tick_of
 from homeostat.process.equipment import lag_share
 from homeostat.process.model import ProcessModel
-from homeostat.process.types import Cube, Table, Vec
+from homeostat.process.types import Cube, Indices, Table, Vec
 from homeostat.twin.calibration import Posterior
-from homeostat.twin.carried import Carrier, FaultSet
+from homeostat.twin.carried import Carrier, FaultSet, scaled
 from homeostat.twin.history import Window
 from homeostat.twin.isolation.input_errors import LATE, distant_inputs, late_inputs, weaker_inputs
 from homeostat.twin.isolation.unseen_beginning import unseen_beginning
 from homeostat.twin.isolation.wandering import wandering
-from homeostat.twin.replay import Replay, replay
+from homeostat.twin.replay import Replay, replay, replay_ends
 
 TEMPER = 3.0
 """Evidence is divided by this: the model's errors are neither quite constant nor quite white."""
@@ -216,6 +216,19 @@ class Evidence:
         lost = np.isnan(run.state).any(axis=1)
         run.predicted[lost] = 0.0
         return np.where(lost, -np.inf, -0.5 * self.losses(self._misfit(run)) / TEMPER)
+
+    def residuals_of_ends(self, faults: FaultSet, ends: Indices, left: float = 0.0) -> Table:
+        """As :meth:`residuals`, where of ``faults`` the share ``left`` is there after so many readings, shape (ends,).
+
+        ProcessError where the model leaves the physical world.
+        """
+        before, after = (self.carrier.carry([scaled(faults, share)], self.window) for share in (1.0, left))
+        what = self.model, self.window, self.posterior.mean, before, after
+        return self._misfit(replay_ends(*what, self.variables, ends))
+
+    def likelihoods_of_ends(self, faults: FaultSet, ends: Indices, left: float = 0.0) -> Vec:
+        """As :meth:`likelihoods`, of the same."""
+        return np.asarray(-0.5 * self.losses(self.residuals_of_ends(faults, ends, left)) / TEMPER)
 
     def fit_of(self, faults: FaultSet) -> Fit:
         """How well ``faults`` explain the readings."""
