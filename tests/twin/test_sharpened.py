@@ -7,7 +7,7 @@ LEAK = FaultState("leak", 0.004, 1500.0)
 
 
 def test_what_was_learned_beside_a_fault_is_forgotten_with_it() -> None:
-    """They made up for what the twin does not have of a plant that leaks, and would be a leak of their own without it."""
+    """They make up for what the twin does not have of a plant that leaks, and without it would be a leak themselves."""
     twin = follow(readings(3, 2200, (LEAK,)), 3)
     healthy = twin._posterior
     twin.recalibrate(300.0, [Hypothesis((LEAK,), 1.0)])

@@ -36,6 +36,7 @@ from homeostat.twin.isolation.ended import STRETCHES, Ended
 from homeostat.twin.isolation.evidence import Accuracy, Fit
 from homeostat.twin.isolation.isolation import FaultIsolation, Question
 from homeostat.twin.isolation.prechecks import flat_lines
+from homeostat.twin.looking_back import looked_back_s
 from homeostat.twin.resting import Resting, resting
 from homeostat.twin.separation import separation
 from homeostat.twin.settings import TwinSettings
@@ -86,7 +87,7 @@ class Twin:
         self._parameters, self._timing = description.parameters, description.timing
         self.settings, self._seed = settings, seed
         self._posterior = self._healthy = prior(model, self._parameters)
-        self._beside = set[str]()
+        self._beside, self._over_s = set[str](), -np.inf
         tick_s, sampled = description.timing.tick_s, description.sampled
         self._history = History(
             description.variables, model.inputs, settings.settle_rows, tick_s=tick_s, sampled=sampled
@@ -118,8 +119,13 @@ class Twin:
         self._history.append(snapshot)
         self._unseen.follow(self._history, self._posterior.mean)
 
-    def believe(self, known: FaultSet) -> None:
-        """From now on ``known`` is taken to be wrong, and to have moved what no instrument shows since it began."""
+    def believe(self, known: FaultSet, over_s: float = -np.inf) -> None:
+        """From now on ``known`` is taken to be wrong, and to have moved what no instrument shows since it began.
+
+        ``over_s``: when something else ended [s].
+        """
+        if over_s != self._over_s:  # nothing that was drawn for this moment holds
+            self._over_s, self._drawn = over_s, replace(self._drawn, end_s=-np.inf)
         if {fault.fault for fault in known} != self._beside:  # what was sharpened holds beside those faults
             self._posterior = self._healthy
         self._unseen.believe(known, self._history, self._posterior.mean + self._posterior.change(known))
@@ -249,20 +255,10 @@ class Twin:
     def _synchronised(
         self, parameters: Table, hypotheses: Sequence[Hypothesis], follows: Indices, noise: np.random.Generator
     ) -> Ensemble:
-        window, corrected = self._last(self._since_seen_s(hypotheses)), self.settings.corrected
-        past = Past(window, self._history.whole)
+        when = self._history.window(1).end_s, self._over_s, self._timing.tick_s
+        window = self._last(looked_back_s(hypotheses, self._carrier, self.settings, *when))
+        past, corrected = Past(window, self._history.whole), self.settings.corrected
         return synchronise(self._model, self._carrier, past, parameters, hypotheses, follows, corrected, noise)
-
-    def _since_seen_s(self, hypotheses: Sequence[Hypothesis]) -> float:
-        """How long a replay goes back that is to say where the plant stands now [s].
-
-        What a stuck instrument showed nobody has seen since, and what moved meanwhile is what the model says: it goes
-        back to before the first of them was.
-        """
-        now_s, longest_s = self._history.window(1).end_s, self.settings.synchronise_s
-        stuck_s = [f.onset_s for h in hypotheses for f in h.faults if self._carrier.is_stuck(f)]
-        begin_s = (self.settings.settle_rows + 1) * self._timing.tick_s
-        return max(longest_s, now_s - min(stuck_s) + begin_s) if stuck_s else longest_s
 
     def schedules(self, sets: Sequence[ActionSet], steps: int) -> Cube:
         """The inputs of the next ``steps`` ticks if each of ``sets`` were released now, (sets, steps, inputs)."""

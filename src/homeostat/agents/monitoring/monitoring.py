@@ -145,7 +145,7 @@ class TwinMonitoring:
         self._clearing.explained([s.rule for s in self._symptoms])
         self._acknowledge()
         self._sharpening.learn(hypotheses, self._at_s, deviates)
-        self._twin.believe(self._known)
+        self._twin.believe(self._known, self._from_s)
         same = {f.fault for f in before} == {f.fault for f in self._known}
         return Diagnosis(self._at_s, self._last, hypotheses, news=not (again and same))
 
@@ -204,7 +204,7 @@ class TwinMonitoring:
                 return self._over(ended.since_s), ended.fits
             self._known = tuple(f for f in self._known if f.fault in beside)
             self._said, self._forgot = tuple(Hypothesis(f, 1.0) for f in (self._known,) if f), True
-            self._twin.believe(self._known)
+            self._twin.believe(self._known, self._from_s)
         return None, True
 
     def _forget(self, since_s: Mapping[str, float]) -> tuple[Diagnosis | None, bool]:
@@ -219,7 +219,7 @@ class TwinMonitoring:
                 self._quiet_until_s = self._at_s + self._settings.transient_s
             return self._over(self._from_s), not self._symptoms
         self._known = tuple(f for f in self._known if f.fault not in since_s)
-        self._twin.believe(self._known)
+        self._twin.believe(self._known, self._from_s)
         left = [replace(h, faults=tuple(f for f in h.faults if f.fault not in since_s)) for h in self._said]
         self._said, self._forgot = tuple(left), True
         return None, True
@@ -232,7 +232,7 @@ class TwinMonitoring:
         self._doubts, self._returns_until_s = may_return(self._said), self._at_s + self._settings.review_s
         self._recurring.over(min((f.onset_s for f in self._known), default=math.inf))
         over, self._known, self._said, self._last, self._told = self._known, (), (), (), frozenset()
-        self._twin.believe(())
+        self._twin.believe((), self._from_s)
         self._open = frozenset()
         self._review_at_s, self._first_s, self._beside_s = None, None, -math.inf
         self._clearing.over()
