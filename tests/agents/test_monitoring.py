@@ -76,7 +76,7 @@ class ScriptedTwin:
     def recalibrate(self, seconds: int, hypotheses: Sequence[Hypothesis]) -> None:
         self.sharpened.append((self.at_s, seconds, tuple(hypotheses)))
 
-    def believe(self, known: tuple[FaultState, ...]) -> None:
+    def believe(self, known: tuple[FaultState, ...], over_s: float) -> None:
         self.believed.append((self.at_s, known))
 
 

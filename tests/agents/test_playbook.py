@@ -247,11 +247,11 @@ def test_after_a_refusal_the_next_one_is_proposed_and_then_nothing() -> None:
 
 def test_what_is_not_open_now_is_not_proposed() -> None:
     here = situation()
-    hot = replace(here, snapshot=replace(here.snapshot, values={**here.snapshot.values, "T1": 315.0}))
+    full = replace(here, snapshot=replace(here.snapshot, values={**here.snapshot.values, "L1": 11.5}))
     with pytest.raises(NoAdmissiblePlan, match="no entry is near"):
-        proposed(book(entry()), hot)
+        proposed(book(entry()), full)
     hold = replace(ANSWER, path=("normal", "holding"), target="holding")
-    assert proposed(book(entry(), entry(stuck(0.75), answer=hold)), hot)[0].target == "holding"
+    assert proposed(book(entry(), entry(stuck(0.75), answer=hold)), full)[0].target == "holding"
 
 
 def test_where_nothing_is_near_nothing_is_proposed() -> None:

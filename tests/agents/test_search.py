@@ -91,7 +91,7 @@ def test_a_fault_that_is_hardly_believed_takes_nothing_away(probability: float, 
 
 def test_a_guard_that_does_not_hold_closes_its_paths() -> None:
     assert planned(situation("fouling", T1=400.0)) == []
-    assert set(planned(situation("fouling", T1=315.0))) == {"holding"}
+    assert set(planned(situation("fouling", L1=11.5))) == {"holding"}
 
 
 def test_where_nothing_is_left_the_reason_names_what_was_refused() -> None:

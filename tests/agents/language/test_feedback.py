@@ -235,7 +235,7 @@ def test_there_is_an_end_to_what_is_told() -> None:
 def test_what_leaving_it_alone_violates_is_told_with_the_first_question() -> None:
     text = idle_text((HOT, FAR, STEADY), (slope("ACC-T-HIGH", "F1.sp", -320.0),), PLANT)
     assert text.startswith("# What leaving it alone violates\nACC-STEADY -1.25 at 890 s\n")
-    assert text.endswith("(T1 <= 312.7); margin per step: F1.sp +0.0005 -> -0.16 K")
+    assert text.endswith("(T1.sp + T1.err <= 312.7); margin per step: F1.sp +0.0005 -> -0.16 K")
     assert idle_text((FAR,), (), PLANT) == "" and idle_text((), (), PLANT) == ""
 
 

@@ -285,7 +285,7 @@ def test_the_subgraph_makes_room_for_what_happens(words: int) -> None:
 def test_where_no_path_is_open_nobody_is_asked() -> None:
     """No transition admits a reactor that is so hot."""
     model, now = ScriptedModel("m", reasonable), situation("leak")
-    hot = replace(now, snapshot=replace(now.snapshot, values={**now.snapshot.values, "T1": 317.0}))
+    hot = replace(now, snapshot=replace(now.snapshot, values={**now.snapshot.values, "T1": 335.0}))
     with pytest.raises(NoAdmissiblePlan, match="leak"):
         asyncio.run(Agents(model, "leak").planning.plan(hot, Advice()))
     assert model.asked == []

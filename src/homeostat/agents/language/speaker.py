@@ -29,7 +29,7 @@ MOST_S: Final = 20.0
 """Longest time for one answer where nothing is said, wall-clock [s]."""
 BUDGET: Final = 2650
 """Tokens of a question with its schema, as they are estimated; more only where ``LEAST_GRAPH`` does not fit."""
-OMISSION: Final = 50
+OMISSION: Final = 54
 """Tokens of the sentence on what does not fit."""
 MOST_GRAPH: Final = 900
 """Tokens of the context where everything else is short."""
