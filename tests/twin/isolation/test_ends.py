@@ -78,3 +78,13 @@ def test_readings_begin_before_what_began_about_where_they_do() -> None:
     assert before_onsets(1500.0, [1510.0], 20, 1.0) == 1484.0
     assert before_onsets(1500.0, [1525.5], 20, 1.0) == 1500.0 == before_onsets(1500.0, [1400.0, np.inf], 20, 1.0)
     assert before_onsets(1500.0, [1490.0, 1510.0], 20, 1.0) == 1464.0, "further back, another one may have begun"
+
+
+def test_what_is_young_is_left_to_stretches() -> None:
+    """A level that read low for five minutes and does no more may do so again: half a turn looks like an end."""
+    young = FaultState("level_bias", 1.5, REPAIRED_S - 300.0)
+    plant = reactor()
+    told = departing(plant, scenario(plant, "level_bias", 3, young.onset_s, 1.5, REPAIRED_S + 6.0), (), "plant")
+    link = SimulatedLink(open_process(plant, repaired(told, REPAIRED_S)))
+    twin = follow(tuple(link.advance() for _ in range(int(REPAIRED_S) + 6)), 3)
+    assert twin.ended(((young,),)) is None

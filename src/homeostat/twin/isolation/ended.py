@@ -116,11 +116,13 @@ def _within(
 ) -> Ended | None:
     """As :func:`ended`, by readings in which it was there until it ended, and which that explains from first to last.
 
-    Of what swings every turn looks like an end.
+    Of what swings every turn looks like an end, and what has not been there for longer than stretches last may swing.
     """
     if any(f.period_s for faults in known for f in faults):
         return None
     for window in windows:
+        if any(window.end_s - f.onset_s < STRETCHES[-1] * window.tick_s for faults in known for f in faults):
+            return None
         if begins_in(window, known):
             continue
         throughout = [*known, *_stopped(known, modes, window)]
