@@ -66,7 +66,7 @@ IN_TABLES: tuple[Mistake, ...] = (
           "t_started"),
     table(
         _GUARDS, "a guard beyond a limit", "transitions",
-        "t_compensate,normal,compensated,fault_diagnosed,T1 <= 314.5",
+        "t_compensate,normal,compensated,fault_diagnosed,T1 <= 329",
         "t_compensate,normal,compensated,fault_diagnosed,T1 >= 330", "t_compensate",
     ),
     table(
