@@ -461,3 +461,13 @@ def test_a_limit_that_is_violated_as_it_is_corrected_trips_by_its_own_sum(t: flo
     """By hand: of 8 K s that are allowed, 2 K use 2 in a second, so that the fifth trips."""
     w = being_lifted(Watch())
     assert [w.judge(hot(t)) for _ in range(ticks)] == [()] * (ticks - 1) + [("LIM-HOT",)]
+
+
+@pytest.mark.parametrize("errors", [({"L": 8.0},), ({"T": 8.0}, {"L": 8.0}), ({"T": -1.0},)])
+def test_what_corrects_no_reading_of_a_limit_lifts_nothing_of_it(errors: Any) -> None:
+    """A violation that was doubted counts as a whole once it is believed; no sum that begins then may hide that."""
+    w = Watch()
+    assert [w.judge(hot(315.0), uncertain="T") for _ in range(6)] == [()] * 6
+    w.watch.correct(errors)
+    assert w.judge(hot(315.0)) == ("LIM-HOT",)
+    assert w.noted == []

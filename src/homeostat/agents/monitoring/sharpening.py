@@ -14,7 +14,7 @@ class Sharpening:
     """Lets the twin learn where one fault, of whatever size, explains all since the release."""
 
     def __init__(self, twin: Twin, timing: Timing, review_s: float) -> None:
-        """Readings of at most ``review_s`` are learned from, and of half of it at least [s]."""
+        """Readings of at most ``review_s`` are learned from; of half of it where the plant goes as predicted [s]."""
         self._twin, self._review_s = twin, review_s
         self._moved_s, self._strayed_s = timing.times_s((MOVED_S, STRAYED_S))
         self.released_s: float | None = None

@@ -227,7 +227,7 @@ class TripWatch:
             watched.corrected = _cumulated(watched.corrected, counted, counted_s, rule.cusum)
         size = max(explained) - (raw if math.isnan(said) else said)
         carries = self._carries(rule, watched, readings, dt_s)
-        lifted = carries and watched.raw > rule.cusum and self._may_lift(rule, watched, size)
+        lifted = carries and watched.raw > rule.cusum and self._may_lift(rule, watched, size, explained, said)
         held = carries and watched.corrected > rule.cusum and unjumped >= 0.0
         held = held and watched.uncarried == 0.0 and self._may_hold(rule, watched, said - told, said)
         if lifted or held:
@@ -338,12 +338,15 @@ class TripWatch:
             watched.uncarried = _cumulated(watched.uncarried, carried, counted_s, rule.cusum)
         return watched.uncarried_s <= rule.grace_s and watched.uncarried <= rule.cusum
 
-    def _may_lift(self, rule: TripRule, watched: _Watched, size: float) -> bool:
+    def _may_lift(
+        self, rule: TripRule, watched: _Watched, size: float, explained: tuple[float, ...], said: float
+    ) -> bool:
         """Whether a correction of this ``size`` may keep a reading from tripping while something carries its limit.
 
-        Its own violations add up as those of the limit do: a noisy one neither ends nor forbids that.
+        Its own violations add up as those of the limit do: a noisy one neither ends nor forbids that. Under every
+        explanation there must be less of one than is ``said``; of a reading that nobody sees that is open.
         """
-        refuted = all(self._errors)  # an empty mapping says that the readings may be right as they are
+        refuted = all(self._errors) and not min(explained) <= said  # an empty one: they may be right
         bounded = size <= rule.lift and watched.lifted_s < rule.lift_s
         return refuted and bounded and watched.corrected <= rule.cusum
 

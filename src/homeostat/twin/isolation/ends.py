@@ -25,7 +25,7 @@ AFTER, BEFORE = 3, 10
 NEARLY = 2
 """Readings by which an end may be later than the one that explains most."""
 LEFT = (0.25, 0.5, 0.75)
-"""Shares of its size to which what is known may have scaled instead [1]."""
+"""Shares of its size to which what is known may have shrunk instead [1]."""
 
 
 @dataclass(frozen=True, slots=True)
