@@ -115,7 +115,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.decisions", description=__doc__)
     parser.add_argument("parts", nargs="*", default=list(PARTS), metavar="PART", help=", ".join(PARTS))
     parser.add_argument(
-        "--seeds", type=numbers, default=numbers("401-420"), help="as 401-420; thresholds are chosen below 400"
+        "--seeds", type=numbers, default=numbers("701-720"), help="as 701-720; whatever was chosen was chosen below 700"
     )
     parser.add_argument("--faults", type=names, default=[], help="names joined by commas; all by default")
     parser.add_argument("--mismatch", default="plant", choices=MISMATCHES, help="how the true plant is not its model")
@@ -123,7 +123,7 @@ def main() -> None:
     if wrong := [part for part in asked.parts if part not in PARTS]:
         parser.error(f"there is no part {wrong[0]!r}; there are {', '.join(PARTS)}")
     if not asked.seeds:
-        parser.error("--seeds names none; give some, as 401-420")
+        parser.error("--seeds names none; give some, as 701-720")
     use_threads(1)
     study = Study(asked.mismatch, asked.seeds, asked.faults)
     study.fill(asked.parts)

@@ -34,7 +34,8 @@ REPAIR = """## The way back
 
 The fault is repaired 1,500 s after its onset, and the plant is followed for 2,700 s. Asked for: back in normal
 operation within 30 minutes, at most 1 K and 0.2 L off the ramped setpoint after the return, nothing violated.
-Runs that a fallback had stopped before are counted apart: from there a person starts the plant again."""
+Runs that a fallback had stopped before are counted apart: from there a person starts the plant again. So are runs
+that were in normal operation when the fault was repaired, and stayed there: they have no way back."""
 
 
 def write(path: Path, sections: Sequence[str]) -> None:
@@ -102,6 +103,7 @@ def _back(repairs: Sequence[Repair], runs: int) -> str:
         "fault",
         "runs",
         "stopped before",
+        "never away",
         f"back within {WITHIN_S / 60:.0f} min",
         "noticed after, mean",
         "back after, mean",
@@ -113,14 +115,16 @@ def _back(repairs: Sequence[Repair], runs: int) -> str:
     rows = []
     for fault in dict.fromkeys(r.fault for r in repairs):
         every = [r for r in repairs if r.fault == fault]
-        going = [r for r in every if not r.stopped]
+        stayed = [r for r in every if r.stayed and not r.stopped]
+        going = [r for r in every if not (r.stopped or r.stayed)]
         back = [r for r in going if r.returned]
         near = sum(r.off["T1"] <= 1.0 and r.off["L1"] <= 0.2 for r in back)
         rows.append((
-            fault, len(every), len(every) - len(going), f"{len(back)} of {len(going)}",
+            fault, len(every), sum(r.stopped for r in every), len(stayed), f"{len(back)} of {len(going)}",
             _mean([r.noticed_s for r in going if r.noticed_s is not None], " s"),
             _mean([r.back_s for r in back if r.back_s is not None], " s"), _most([r.off["T1"] for r in back]),
-            _most([r.off["L1"] for r in back]), f"{near} of {len(back)}", sum(r.outside_s > 0.0 for r in going),
+            _most([r.off["L1"] for r in back]), f"{near} of {len(back)}",
+            sum(r.outside_s > 0.0 for r in (*going, *stayed)),
         ))  # fmt: skip
     return f"{len(repairs)} of {runs} runs are in.\n\n{table(header, rows)}"
 

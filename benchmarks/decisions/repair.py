@@ -35,10 +35,12 @@ class Repair:
     outcome: str
     stopped: bool
     """Whether a fallback had stopped the plant before the repair."""
+    stayed: bool
+    """Whether it was in normal operation when the fault was repaired, and never left it again: there is no way back."""
     noticed_s: float | None
     """When recovery said that it is over."""
     back_s: float | None
-    """When the plant entered an ordinary state for good."""
+    """When the plant entered the ordinary state that it ends in; None where it ends in none, or was there before."""
     off: dict[str, float]
     """Controlled variable -> furthest from its ramped setpoint after the return, in its unit."""
     outside_s: float
@@ -58,7 +60,9 @@ def measure_repair(plant: Plant, cause: Cause, seed: int, mismatch: str) -> Repa
     chosen = repaired(departing(plant, told, (), mismatch), repair_s)
     run = runner.run(plant, chosen, MemoryTrace(), DeclaredClock(1.0))
     said = [e.at_s for e in run.record.entries if isinstance(e.event, FaultsEnded) and e.at_s >= repair_s]
-    back_s = _back_s(plant, run, repair_s)
+    last, entered_s = list(run.record.states)[-1]
+    ordinary = last in plant.description.machine.ordinary
+    back_s = entered_s if ordinary and entered_s >= repair_s else None
     outside = outside_after(run.truth, run.force, repair_s)
     return Repair(
         state.fault,
@@ -67,18 +71,12 @@ def measure_repair(plant: Plant, cause: Cause, seed: int, mismatch: str) -> Repa
         seed,
         run.outcome.value,
         any(at_s < repair_s and plant.description.machine.state(name).risk >= 5 for name, at_s in run.record.states),
+        ordinary and entered_s < repair_s,
         said[0] - repair_s if said else None,
         None if back_s is None else back_s - repair_s,
         {} if back_s is None else _off(plant, run, back_s),
         float(len({float(at_s) for times in outside.values() for at_s in times})) * run.truth.dt_s,
     )
-
-
-def _back_s(plant: Plant, run: Run, repair_s: float) -> float | None:
-    """When the plant entered the ordinary state that it ends in [s]; None where it does not, or was never away."""
-    states = list(run.record.states)
-    last, at_s = states[-1]
-    return at_s if last in plant.description.machine.ordinary and at_s >= repair_s else None
 
 
 def _off(plant: Plant, run: Run, from_s: float) -> dict[str, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,9 @@ from benchmarks.decisions import risk
 from benchmarks.decisions.__main__ import Study
 from benchmarks.decisions.ledger import Ledger
 from benchmarks.decisions.measure import Decision
+from benchmarks.decisions.page import way_back
 from benchmarks.decisions.page_risk import ASKED, risks, speeds, worst_runs
+from benchmarks.decisions.repair import Repair
 from benchmarks.decisions.risk import Released, measure_nominal
 from benchmarks.decisions.speed import Thought
 from benchmarks.decisions.worst import BEFORE, causes
@@ -95,3 +98,14 @@ def test_the_worst_runs_stand_beside_what_they_lost_before() -> None:
 
 def test_a_study_of_both_plants_can_be_begun() -> None:
     Study("plant", [401], ["leak", "pump_failure"]).fill(())
+
+
+def test_only_runs_that_were_away_have_a_way_back() -> None:
+    away = Repair("leak", 0.5, 900.0, 1, "recovered", False, False, 20.0, 300.0, {"T1": 0.4, "L1": 0.1}, 0.0)
+    late = replace(away, seed=2, back_s=2000.0)
+    lost = replace(away, seed=3, back_s=None, off={}, outside_s=2.0)
+    stopped = replace(lost, seed=4, stopped=True)
+    stayed = replace(lost, seed=5, stayed=True, outside_s=0.0)
+    text = way_back([away, late, lost, stopped, stayed], 9)
+    assert "5 of 9 runs are in" in text
+    assert "| leak | 5 | 1 | 1 | 1 of 3 | 20.0 s | 300.0 s | 0.40 | 0.10 | 1 of 1 | 1 |" in text
