@@ -14,7 +14,7 @@ import pytest
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.events.people import AlarmRaised, PersonHeard
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
-from homeostat.domain.observation import Withdraw
+from homeostat.domain.observation import Trouble, Withdraw
 from homeostat.domain.recovery import ActionSet, Command, Step
 from homeostat.domain.request import Request
 from homeostat.guard import mailbox as boxes
@@ -213,11 +213,23 @@ def test_a_full_mailbox_still_takes_what_a_person_orders() -> None:
     assert world.guard.latched == "ordered by Ada: smoke" and len(world.seen[-1].answers) == boxes.MOST == 1000
 
 
+def test_a_full_mailbox_still_takes_alarms_and_what_a_person_orders() -> None:
+    world = running()
+    while world.guard.mailbox.put(asking(id="junk")):
+        pass
+    while world.guard.mailbox.put(Trouble("recovery:lost", "recovery is lost")):
+        pass
+    world.order(Verb.FALL_BACK, reason="smoke")
+    world.tick()
+    assert "recovery:lost" in {alarm.id for alarm in world.guard.alarms}
+    assert world.guard.latched == "ordered by Ada: smoke"
+
+
 def test_people_have_so_many_places_of_their_own() -> None:
     box = Mailbox(2)
     order = PersonCommand("o1", "Ada", Role.OPERATOR, Verb.FALL_BACK, reason="smoke")
     assert [box.put(SAMPLE) for _ in range(3)] == [True, True, False]
-    assert [box.put(order) for _ in range(boxes.ORDERS + 1)] == [True] * 100 + [False]
+    assert [box.put(order) for _ in range(boxes.APART + 1)] == [True] * 100 + [False]
     assert box.take() == (SAMPLE, SAMPLE, *[order] * 100) and box.take() == ()
 
 
@@ -268,6 +280,6 @@ def test_a_request_that_cannot_even_tell_its_name_is_answered() -> None:
 
 
 def test_the_stated_sizes() -> None:
-    assert (verification.MOST, verification.MOST_COMMANDS, asked.MOST, boxes.MOST, boxes.ORDERS) == (
+    assert (verification.MOST, verification.MOST_COMMANDS, asked.MOST, boxes.MOST, boxes.APART) == (
         100, 200, 50, 1000, 100,
     )  # fmt: skip

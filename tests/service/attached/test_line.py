@@ -190,3 +190,18 @@ def test_thinking_comes_back_to_a_guard_that_has_begun_again(path: Path) -> None
 
 def test_the_socket_is_for_its_owner_alone(guard: Guard, path: Path) -> None:
     assert path.stat().st_mode & 0o777 == 0o600
+
+
+def test_alarms_that_thinking_repeats_leave_the_guard_room_for_its_own(guard: Guard, path: Path) -> None:
+    thinker = Thinker(path)
+    guard.line.show(tick(1.0))
+    until(lambda: thinker.times)
+    for n in range(10 * lines.MOST_ALARMS):
+        thinker.away.send(Trouble("recovery:failed", f"the {n}th time"))
+    thinker.away.send(FallBack("nothing passes"))
+    until(lambda: any(isinstance(message, FallBack) for message in guard.messages))
+    assert sum(isinstance(message, Trouble) for message in guard.messages) == lines.MOST_ALARMS
+    guard.line.show(tick(2.0))
+    thinker.away.send(Trouble("recovery:failed", "once more"))
+    until(lambda: Trouble("recovery:failed", "once more") in guard.messages)
+    thinker.go()

@@ -28,6 +28,8 @@ _LEVEL: Final = 1
 """Level of the compression: the others take longer and gain little on readings."""
 MOST_NEW: Final = 600
 """Most observations that wait to be packed while thinking takes none; older ones are dropped."""
+MOST_ALARMS: Final = 20
+"""Most alarms of thinking's that are passed on in a tick: the guard hears so many, and has its own to hear."""
 ALARM: Final = "recovery:thinking"
 """Alarm of a plant without thinking."""
 
@@ -65,14 +67,14 @@ class ThinkingLine:
         self._kept: deque[bytes] = deque()
         self._size, self._dropped = 0, 0
         self._connection: Connection | None = None
-        self._next, self._now_s, self._over = 0, 0.0, False
+        self._next, self._now_s, self._over, self._alarms = 0, 0.0, False, 0
         for work in (self._listen, self._tell):
             threading.Thread(target=work, name="thinking's line", daemon=True).start()
 
     def show(self, seen: Observation) -> None:
         """Have thinking told of one more tick; returns at once."""
         with self._changed:
-            self._now_s = seen.now_s
+            self._now_s, self._alarms = seen.now_s, 0
             self._new.append(seen)
             self._changed.notify_all()
 
@@ -113,7 +115,7 @@ class ThinkingLine:
             try:
                 said = from_thinking(frame, self._answering.machine)
             except Exception as error:  # it may say anything
-                self._answering.put(Trouble("recovery:message", f"thinking said what nobody can take: {error!r}"))
+                self._alarm(Trouble("recovery:message", f"thinking said what nobody can take: {error!r}"))
                 continue
             if isinstance(said, Ready):
                 process = said.process
@@ -121,14 +123,24 @@ class ThinkingLine:
                 self._answering.put(Settled(ALARM))
             elif isinstance(said, Recorded):
                 self._record(said)
+            elif isinstance(said, Trouble | Settled):
+                self._alarm(said)
             else:
                 self._answering.put(said)
+
+    def _alarm(self, said: Trouble | Settled) -> None:
+        """Pass on that something is wrong, or right again; what is said too often waits for nobody, and is dropped."""
+        with self._changed:
+            self._alarms += 1
+            passes = self._alarms <= MOST_ALARMS
+        if passes:
+            self._answering.put(said)
 
     def _record(self, said: Recorded) -> None:
         try:
             self._answering.trace.record(said.event, said.at_s)
         except Exception as error:  # no room, or no event: the plant is watched all the same
-            self._answering.put(Trouble("recovery:record", f"what thinking recorded could not be journalled: {error}"))
+            self._alarm(Trouble("recovery:record", f"what thinking recorded could not be journalled: {error}"))
 
     def _note(self, event: ThinkingBegan | ThinkingEnded) -> None:
         self._record(Recorded(event, self._now_s))
