@@ -15,6 +15,6 @@ def numbers(text: str) -> list[int]:
     """Whole numbers as ``1,2`` or ``1-3``; ValueError for anything else."""
     found: list[int] = []
     for part in names(text):
-        first, _, last = part.partition("-")
-        found += range(int(first), int(last or first) + 1)
+        first, stretch, last = part.partition("-")
+        found += range(int(first), int(last if stretch else first) + 1)
     return found
