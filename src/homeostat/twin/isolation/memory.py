@@ -97,20 +97,37 @@ class Memory:
         """``end_s``: process time of the last reading [s]; ``claims`` are about the time before the first one."""
         self._hypotheses, self._modes, self._prior, self._end_s = hypotheses, modes, prior, end_s
         self._claims = claims
+        self._unearned = [self._of_rivals(each) for each in hypotheses]
 
     def told(self, scored: Sequence[Scored]) -> list[Scored]:
         """``scored``, of which each gains by what it keeps, and loses by what it drops, of the nearest hypothesis.
 
         What is near the best is charged for what it claims of the time before.
         """
-        found = [replace(s, score=s.score + max(self._gain(h, s.faults) for h in self._hypotheses)) for s in scored]
+        found = [replace(s, score=s.score + self._most_gain(s.faults)) for s in scored]
         near = max((s.score for s in found), default=0.0) - MOST_NATS
         for s in sorted((s for s in found if s.score > near), key=lambda s: -s.score):
             self._claims.of(s.faults)  # what it costs is asked at the best size of each
         return [replace(s, score=s.score - self._claims.of(s.faults)) if s.score > near else s for s in found]
 
-    def _gain(self, hypothesis: Remembered, faults: FaultSet) -> float:
-        return hypothesis.nats + sum(self._of(known, faults) for known in hypothesis.old)
+    def _most_gain(self, faults: FaultSet) -> float:
+        each = zip(self._hypotheses, self._unearned, strict=True)
+        return max(h.nats - unearned + sum(self._of(known, faults) for known in h.old) for h, unearned in each)
+
+    def _of_rivals(self, hypothesis: Remembered) -> float:
+        """What ``hypothesis`` must pay because a rival that was about as likely pays it [nats].
+
+        A rival that began in the readings pays for its fault again. Both explained what was read before them, so that
+        little of it spoke for what began earlier, and which side of the first reading each began on says nothing.
+        """
+        paid = self._paid(hypothesis)
+        rivals = [self._paid(other) - max(hypothesis.nats - other.nats, 0.0) for other in self._hypotheses]
+        return max(0.0, *(rival - paid for rival in rivals))
+
+    def _paid(self, hypothesis: Remembered) -> float:
+        """What the faults of ``hypothesis`` cost that began in the readings [nats]."""
+        young = [fault for fault in hypothesis.faults if fault not in hypothesis.old]
+        return -sum(self._prior.of_mode(self._modes[fault.fault]) for fault in young)
 
     def _of(self, known: FaultState, faults: FaultSet) -> float:
         """What an explanation gains by keeping a ``known`` fault, or loses by dropping it [nats].

@@ -21,6 +21,9 @@ SECOND_FAULT_NATS = 6.0
 """Gain in log-likelihood that a further fault must bring, over and above its prior [nats]."""
 EMPTY: Mapping[str, Size] = MappingProxyType({})
 """No size of before."""
+DECIMALS = 3
+"""Of a score: what differs by less is alike, and the first of it is taken. Sums err in their last digits, and of onsets
+that no reading tells apart each would be the best by chance."""
 LEADERS = 3
 """Faults that are refined to the end: evidence grows with time, and with it what a coarse size costs."""
 
@@ -71,7 +74,7 @@ class Search:
     def score(self, sets: Sequence[FaultSet]) -> Vec:
         """Log posterior of each fault set up to a constant [nats], shape (len(sets),)."""
         prior = np.array([self.cost_of(faults) for faults in sets])
-        return np.asarray(prior + self._evidence.likelihoods(sets))
+        return np.round(prior + self._evidence.likelihoods(sets), DECIMALS)
 
     def cost_of(self, faults: Sequence[FaultState]) -> float:
         """Log prior of all of ``faults`` together [nats]."""
