@@ -14,6 +14,7 @@ import pytest
 from benchmarks.tennessee import campaign, page
 from benchmarks.tennessee.alone import stuck, upsets
 from benchmarks.tennessee.bars import missed
+from benchmarks.tennessee.following import explained, looks
 from benchmarks.tennessee.operated import Looked, everything
 from benchmarks.tennessee.qualify import CANDIDATES, QUALIFIED, WANTED, Kind, qualified
 from homeostat.evaluate.reference.unsupervised import open_process, watch
@@ -194,3 +195,10 @@ def test_who_never_brings_the_grade_back_does_not_meet_the_bar_of_quality() -> N
         campaign.missing(rows, kinds)
     )
     assert "3 of 3 kept, 3 acted, 0 of 3 at the grade" in campaign.told(rows, kinds)
+
+
+@pytest.mark.slow
+def test_a_healthy_plant_that_its_twin_is_not_is_explained_at_rest_and_after_a_move() -> None:
+    every = list(looks(load_plant("tennessee_eastman"), 31))
+    assert [moved for moved, _ in every] == [False] * 2 + [True] * 6
+    assert all(explained(fits.values()) for _, fits in every)

@@ -147,5 +147,6 @@ def _compared(run: Replay, window: Window, errors: Mapping[str, tuple[float, flo
 
     predicted = np.concatenate([in_blocks(run.predicted[:, :, j]) for j in range(len(errors))], axis=1)
     seen = np.concatenate([in_blocks(window.readings[v][None, 1:])[0] for v in errors])
-    spread = np.concatenate([np.full(blocks, np.hypot(n / np.sqrt(BLOCK), e)) for n, e in errors.values()])
+    samples = {v: max(BLOCK / window.per_sample.get(v, 1), 1.0) for v in errors}  # those of an analyser are fewer
+    spread = np.concatenate([np.full(blocks, np.hypot(n / np.sqrt(samples[v]), e)) for v, (n, e) in errors.items()])
     return (predicted[1:] - predicted[0]).T / spread[:, None], (seen - predicted[0]) / spread

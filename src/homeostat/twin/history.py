@@ -52,6 +52,8 @@ class Window:
     """Variable -> when a reading of it changed last, before the window, of those that had changed most times [s]."""
     unseen: Mapping[str, float] = field(default_factory=dict)
     """State that no instrument shows -> where it was at the first reading; what is not named nobody followed."""
+    per_sample: Mapping[str, int] = field(default_factory=dict)
+    """Variable -> readings that show one sample of an analyser; one each of what is not named."""
     _begun: list[_Begun] = field(default_factory=list, init=False, repr=False, compare=False)
     """What :meth:`begun` worked out; a window that is made of this one begins without it."""
 
@@ -103,9 +105,10 @@ class Window:
         return {v: float(r[row]) for v, r in self.readings.items()}
 
     def part(self, first: int, last: int) -> Window:
-        """Readings ``first`` to ``last`` - 1, without what is known of single instruments."""
+        """Readings ``first`` to ``last`` - 1, without what is known of the state of single instruments."""
         readings = {v: r[first:last] for v, r in self.readings.items()}
-        return Window(self.at_s(first), readings, self.inputs[first:last], self.settle_rows, tick_s=self.tick_s)
+        rest, tick_s, per_sample = self.inputs[first:last], self.tick_s, self.per_sample
+        return Window(self.at_s(first), readings, rest, self.settle_rows, tick_s=tick_s, per_sample=per_sample)
 
 
 def _nobody_followed(at_s: float) -> dict[str, float]:
@@ -156,7 +159,8 @@ class History:
 
         ``tick_s``: process time between two readings [s]; ``sampled``: tag -> readings for each sample of an analyser.
         """
-        self._per_sample = np.array([(sampled or {}).get(tag, 1) for tag in variables], dtype=np.float64)
+        self._sampled = {variables[tag]: count for tag, count in (sampled or {}).items() if tag in variables}
+        self._per_sample = np.array([self._sampled.get(v, 1) for v in variables.values()], dtype=np.float64)
         self._tick_s = tick_s
         self._settle_rows = settle_rows
         self._variables = dict(variables)
@@ -282,4 +286,5 @@ class History:
         still_s = {v: float(self._changed_s[k]) for k, v in enumerate(self._variables.values()) if still[k]}
         begin_s = rows[0].at_s
         unseen = self._unseen(begin_s)
-        return Window(begin_s, readings, inputs, self._settle_rows, held, frozen_s, self._tick_s, still_s, unseen)
+        known = held, frozen_s, self._tick_s, still_s, unseen, self._sampled
+        return Window(begin_s, readings, inputs, self._settle_rows, *known)

@@ -34,7 +34,7 @@ class TwinSettings:
     """What a plant says about its twin; its default times are for the reference (`homeostat.domain.plant.timing`)."""
 
     errors: Mapping[str, tuple[float, float]]
-    """Variable -> (noise per reading, model error), standard deviations in its unit."""
+    """Variable -> (noise per reading, or sample of an analyser, model error), standard deviations in its unit."""
     corrected: tuple[str, ...]
     """Variables whose last readings correct the state."""
     initial: Mapping[str, float]

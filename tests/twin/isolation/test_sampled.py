@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from homeostat.domain.diagnosis import FaultState
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.snapshot import Snapshot
+from homeostat.twin.calibration import Posterior
+from homeostat.twin.carried import Carrier
 from homeostat.twin.history import History, Window
+from homeostat.twin.isolation.evidence import Accuracy, Evidence
 from homeostat.twin.isolation.prechecks import What, flat_lines, noise_ratios
-from tests.twin.followed import reactor, readings
+from tests.twin.followed import follow, reactor, readings
 
 END_S = 1200
 TAG = "T1"
@@ -63,3 +68,27 @@ def test_it_was_lively_before_only_where_its_samples_are_counted(known: bool) ->
     """Of a window in which it is stuck throughout, what was before says that it is no coarse one."""
     window = seen(30, 900.0, 250, known)
     assert [f.tag for f in flat_lines(window, sampled(30))] == [TAG] * known
+
+
+@given(st.integers(2, 90))
+def test_readings_that_show_one_sample_count_as_one(every: int) -> None:
+    plant, twin = reactor(), follow(readings(4, 900), 4)
+    window, carrier = twin._history.window(400), Carrier(plant.model, plant.description)
+    certain = Posterior(twin._posterior.mean, np.zeros((len(twin._posterior.mean), 0)))
+    noise = Accuracy({"T1": (plant.twin.errors["T1"][0], 0.0)}, 0.0)
+    shown = Evidence(plant.model, carrier, window, certain, noise)
+    sampled_once = Evidence(plant.model, carrier, replace(window, per_sample={"T1": every}), certain, noise)
+    wild = np.vstack([shown.residuals([()]), 100.0 * np.ones((1, 399))])
+    assert sampled_once.losses(wild / np.sqrt(every)) == pytest.approx(shown.losses(wild) / every)
+    lie = (FaultState("temp_bias", 4.0, 600.0),)
+    apart, once = (np.ptp(each.likelihoods([(), lie])) for each in (shown, sampled_once))
+    assert once == pytest.approx(apart / every)
+    fit, seldom = shown.fit_of(lie), sampled_once.fit_of(lie)
+    assert (seldom.mean_square, seldom.worst_block) == pytest.approx((fit.mean_square, fit.worst_block))
+    assert seldom.unexplained == pytest.approx(fit.unexplained / every)
+
+
+def test_a_history_says_which_readings_show_one_sample_also_of_parts_of_them() -> None:
+    window = seen(30, END_S + 1.0, 600)
+    assert window.per_sample == window.part(10, 90).per_sample == {"T1": 30}
+    assert seen(30, END_S + 1.0, 600, known=False).per_sample == {}

@@ -63,7 +63,7 @@ class Accuracy:
     """How well a model that is right predicts readings."""
 
     errors: Mapping[str, tuple[float, float]]
-    """Variable -> standard deviations of noise per reading and of the model, in its unit."""
+    """Variable -> standard deviations of noise per reading, or sample of an analyser, and of the model, in its unit."""
     gain: float
     """Share of what a reading has moved by to which that is predicted at best [1]."""
     lag_s: float = 0.0
@@ -112,7 +112,8 @@ class Evidence:
     ) -> None:
         """``known`` is what was probably wrong before; the model's response to its parameters depends on it.
 
-        A gain has an error because flows add up to levels, and so do their errors.
+        A gain has an error because flows add up to levels, and so do their errors. Readings that show one sample of an
+        analyser count as one together.
         """
         self.model, self.carrier, self.window, self.posterior = model, carrier, window, posterior
         self._accuracy = accuracy
@@ -131,7 +132,11 @@ class Evidence:
         for j, v in enumerate(self.variables):
             if v in window.held:
                 counts[:, j] = ~window.held[v][1:]
-        self._weight = counts / np.hypot(noise, accuracy.gain * moved)
+        self._per_sample = np.array([window.per_sample.get(v, 1) for v in self.variables], dtype=np.float64)
+        self._weight = counts / np.hypot(noise, accuracy.gain * moved) / np.sqrt(self._per_sample)
+        self._bound: float | Vec = BOUND
+        if np.any(self._per_sample > 1.0):
+            self._bound = np.tile(BOUND / np.sqrt(self._per_sample), len(self._seen))
         self.directions = self._nuisance_directions(known, bias / noise, accuracy)
         self.inner = np.linalg.inv(np.eye(self.directions.shape[1]) + self.directions.T @ self.directions)
         self._along, self._back = self.directions @ self.inner, self.directions.T.copy()
@@ -190,7 +195,7 @@ class Evidence:
             rows = slice(k, k + AT_ONCE)
             left = np.matmul(z[rows], self._back, out=room[: len(z[rows])])
             np.subtract(residuals[rows], left, out=left)
-            np.clip(left, -BOUND, BOUND, out=left)
+            np.clip(left, -self._bound, self._bound, out=left)
             found[rows] += np.einsum("ij,ij->i", left, left)
         return found
 
@@ -240,12 +245,16 @@ class Evidence:
         A single wild reading is no reason to doubt it. Blocks are counted from the last reading back, so
         that what has just begun is in one of them.
         """
-        return _fit(_without_wild(np.square(left.reshape(self.shape))), block)
+        return _fit(self._squares(left), self._per_sample, block)
 
     def fits(self, left: Vec) -> dict[str, Fit]:
         """The same of each variable by itself."""
-        squares = _without_wild(np.square(left.reshape(self.shape)))
-        return {v: _fit(squares[:, j : j + 1]) for j, v in enumerate(self.variables)}
+        squares, samples = self._squares(left), self._per_sample
+        return {v: _fit(squares[:, j : j + 1], samples[j : j + 1]) for j, v in enumerate(self.variables)}
+
+    def _squares(self, left: Vec) -> Table:
+        """Squares of what is left of each sample that a reading shows, shape (ticks, variables)."""
+        return _without_wild(np.square(left.reshape(self.shape)) * self._per_sample)
 
     def _nuisance_directions(self, known: FaultSet, constant: Vec, accuracy: Accuracy) -> Table:
         """Directions in which readings may differ although nothing new is wrong, shape (readings, k), in spreads.
@@ -314,13 +323,13 @@ def _filtered(shown: Table, share: float) -> Table:
     return found
 
 
-def _fit(squares: Table, block: int = BLOCK) -> Fit:
-    """How well what leaves these ``squares`` fits, shape (ticks, variables)."""
+def _fit(squares: Table, per_sample: Vec, block: int = BLOCK) -> Fit:
+    """How well what leaves these ``squares`` fits, shape (ticks, variables), with readings for each sample of those."""
     ticks, variables = squares.shape
     length = min(block, ticks)
     count = ticks // length
     blocks = squares[ticks - count * length :].reshape(count, length, variables).mean(axis=1)
-    excess = np.maximum(blocks - USUAL_BLOCK, 0.0).sum() * length
+    excess = (np.maximum(blocks - USUAL_BLOCK, 0.0) / per_sample).sum() * length
     return Fit(float(squares.mean()), float(blocks.max()), float(0.5 * excess / TEMPER))
 
 
