@@ -25,4 +25,4 @@ def test_every_fault_of_the_reactor_has_an_answer_or_a_reason() -> None:
         else:
             assert each.reason and each.cost_share is None
     assert not any(each.counts for each in found if isinstance(each, Finding))
-    assert given["pump_degrade"].path[0] == "normal" and given["temp_bias"].path == ()
+    assert given["pump_degrade"].path[0] == "normal" and given["fouling"].path == ()
