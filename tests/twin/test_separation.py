@@ -116,3 +116,16 @@ def test_what_ends_it_at_once_leaves_nothing_of_it() -> None:
     stop = replace(LESS_FEED, commands=(Command("F1.sp", 0.0, None),))
     ended = twin.roll_out(LESS_FEED, ALIKE[:1], Interruption(0.0, stop))
     assert (ended.trajectory.signals["F1.sp"][:, 1:] == 0.0).all()
+
+
+def test_readings_of_an_analyser_promise_no_more_than_its_samples() -> None:
+    plant = reactor()
+    rule = replace(plant.description.qualities["T1"], every_s=20.0, frozen_s=60.0, fastest=None)
+    description = replace(plant.description, qualities={**plant.description.qualities, "T1": rule})
+    seldom, often = (Twin(plant.model, d, plant.twin, 0) for d in (description, plant.description))
+    for snapshot in disturbed(1, 1600):
+        seldom.observe(snapshot)
+        often.observe(snapshot)
+    promised, told = (each.separation(ALIKE, [WAIT, LESS_FEED], 300.0)[0] for each in (often, seldom))
+    apart = promised > 1e-9
+    assert np.all(told[apart] < promised[apart]) and np.all(told[apart] > promised[apart] / 20.0)

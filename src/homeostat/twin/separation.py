@@ -15,8 +15,9 @@ for Failure Detection, 2004).
 Hand check: d_a = (3, 0, 0, 0), d_b = 0 gives 9 / (2 TEMPER) = 1.5 nats at TEMPER = 3.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -38,13 +39,15 @@ def separation(
     present: Vec,
     ticks: int,
     accuracy: Accuracy,
+    per_sample: Mapping[str, int] = MappingProxyType({}),
 ) -> tuple[Cube, Flags]:
     """Expected evidence for each hypothesis against each other one under each of K ``sequences`` [nats].
 
     ``ensemble`` has one member for each of H hypotheses and, last, one in which nothing is wrong; the first of the
     ``sequences`` is what follows anyway. All are carried out in one call of the engine, without noise. Returns nats of
     shape (K, H, H), the true hypothesis first; and whether no member takes a later step within ``ticks`` by which
-    anything else is commanded, shape (K,).
+    anything else is commanded, shape (K,). ``per_sample``: variable -> readings that show one sample of an analyser,
+    which count as one.
     """
     count, members = len(sequences), len(ensemble.states)
     quiet = np.zeros(count * members)
@@ -55,6 +58,7 @@ def separation(
     moved, effect = readings - readings[0, :, :1], readings[:, :-1] - readings[:, -1:]
     noise = np.array([noise for noise, _ in accuracy.errors.values()])
     spread = np.hypot(noise, accuracy.gain * np.abs(moved[:, -1:]))
+    spread *= np.sqrt([per_sample.get(v, 1) for v in accuracy.errors])
     departed = ((moved[:, :-1] - moved[:, -1:]) / spread).reshape(count, members - 1, -1)
     wrong = TOLD_APART * accuracy.gain * np.linalg.norm((effect / spread).reshape(count, members - 1, -1), axis=2)
     latest = np.maximum(run.step.max(axis=1), run.reached).reshape(count, -1).max(axis=1)

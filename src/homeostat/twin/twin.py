@@ -317,7 +317,8 @@ class Twin:
         ensemble = self.ensemble([*hypotheses, Hypothesis((), 0.0)], draws=1)
         accuracy = Accuracy(self.settings.errors, self.settings.gain_error)
         sequences = [self._sequence(actions) for actions in sets]
-        return separation(self._model, ensemble, sequences, self._now(), self._timing.ticks(seconds), accuracy)
+        seen = accuracy, self._history.window(1).per_sample
+        return separation(self._model, ensemble, sequences, self._now(), self._timing.ticks(seconds), *seen)
 
     def roll_out(
         self,
