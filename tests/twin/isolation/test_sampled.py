@@ -88,6 +88,19 @@ def test_readings_that_show_one_sample_count_as_one(every: int) -> None:
     assert seldom.unexplained == pytest.approx(fit.unexplained / every)
 
 
+@given(st.integers(2, 90))
+def test_a_constant_error_is_as_large_of_an_analyser_as_of_anything_else(every: int) -> None:
+    plant, twin = reactor(), follow(readings(4, 900), 4)
+    window, carrier = twin._history.window(400), Carrier(plant.model, plant.description)
+    certain = Posterior(twin._posterior.mean, np.zeros((len(twin._posterior.mean), 0)))
+    noise, error = 0.5, 0.1
+    seldom = replace(window, per_sample={"T1": every})
+    evidence = Evidence(plant.model, carrier, seldom, certain, Accuracy({"T1": (noise, error)}, 0.0))
+    off = evidence.whiten(np.full((1, 399, 1), error))  # one standard deviation of it
+    count = 399 / every * (error / noise) ** 2  # what the samples would have against it, were it none
+    assert evidence.losses(off)[0] == pytest.approx(count / (1.0 + count), rel=0.05)
+
+
 def test_a_history_says_which_readings_show_one_sample_also_of_parts_of_them() -> None:
     window = seen(30, END_S + 1.0, 600)
     assert window.per_sample == window.part(10, 90).per_sample == {"T1": 30}

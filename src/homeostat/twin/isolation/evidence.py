@@ -137,7 +137,7 @@ class Evidence:
         self._bound: float | Vec = BOUND
         if np.any(self._per_sample > 1.0):
             self._bound = np.tile(BOUND / np.sqrt(self._per_sample), len(self._seen))
-        self.directions = self._nuisance_directions(known, bias / noise, accuracy)
+        self.directions = self._nuisance_directions(known, bias / noise / np.sqrt(self._per_sample), accuracy)
         self.inner = np.linalg.inv(np.eye(self.directions.shape[1]) + self.directions.T @ self.directions)
         self._along, self._back = self.directions @ self.inner, self.directions.T.copy()
 
