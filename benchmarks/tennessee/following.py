@@ -56,7 +56,10 @@ def main() -> int:
     """Carry out what the command line asks for."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.tennessee.following", description=__doc__)
     parser.add_argument("--seeds", type=numbers, default=[31, 32, 33, 34], help="as 31,32 or 31-34, the default")
-    plant, asked = load_plant("tennessee_eastman"), parser.parse_args()
+    asked = parser.parse_args()
+    if not asked.seeds:
+        parser.error("--seeds names no seed")
+    plant = load_plant("tennessee_eastman")
     every = [look for seed in asked.seeds for look in looks(plant, seed)]
     for moved, when in ((False, "before the move"), (True, "after it")):
         fits = [fit for after, fit in every if after is moved]
