@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import statistics
+import sys
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing
 from typing import TypeAlias
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from homeostat.history.quality import GOOD
@@ -61,7 +64,8 @@ def expected_of(batches: Sequence[Batch], tag: str, span: Span = ALWAYS) -> list
     return sorted(found, key=lambda row: row[0])
 
 
-ODD_VALUES = (0.0, -0.0, math.inf, -math.inf, math.nan, 5e-324, 1.7976931348623157e308, 0.1 + 0.2)
+LARGEST = sys.float_info.max
+ODD_VALUES = (0.0, -0.0, math.inf, -math.inf, math.nan, 5e-324, LARGEST, 0.1 + 0.2)
 samples = st.tuples(
     st.sampled_from(["T1", "L1", "größe/→.pv", "V2.pos"]),
     st.one_of(st.integers(T0 - 90 * S, T0 + 90 * S), st.integers(-(10**17), 10**17)),
@@ -94,53 +98,52 @@ class HistoryStoreContract:
         self, anew: Callable[[], Open], given: list[tuple[list[Row], int]], closed: int, span: tuple[int, int]
     ) -> None:
         opened, every = anew(), [batch(*rows, own_us=own_us) for rows, own_us in given]
-        store = opened()
-        for k, one in enumerate(every):
-            if k == closed:
-                store.close()
-                store = opened()
-            store.append(one)
-        part = Span(T0 + span[0] * S, T0 + (span[0] + span[1]) * S)
-        for again in (False, True):
-            if again:
-                store.close()
-                store = opened()
-            for tag in {tag for one in every for tag in one.tags}:
-                for asked in (ALWAYS, part):
-                    assert rows_of(store.read([tag], asked)[tag]) == expected_of(every, tag, asked)
-                last = expected_of(every, tag)[-1]
-                assert rows_of(store.last([tag])[tag]) == [last]
-        assert store.take_troubles() == ()
-        store.close()
+        with ExitStack() as used:
+            store = used.enter_context(closing(opened()))
+            for k, one in enumerate(every):
+                if k == closed:
+                    store.close()
+                    store = used.enter_context(closing(opened()))
+                store.append(one)
+            part = Span(T0 + span[0] * S, T0 + (span[0] + span[1]) * S)
+            for again in (False, True):
+                if again:
+                    store.close()
+                    store = used.enter_context(closing(opened()))
+                for tag in {tag for one in every for tag in one.tags}:
+                    for asked in (ALWAYS, part):
+                        assert rows_of(store.read([tag], asked)[tag]) == expected_of(every, tag, asked)
+                    last = expected_of(every, tag)[-1]
+                    assert rows_of(store.last([tag])[tag]) == [last]
+            assert store.take_troubles() == ()
 
     @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
     @given(given=batches)
+    @example(given=[([plain("T1", T0, LARGEST)] * 3, T0)])
     def test_minutes_are_those_of_the_samples(
         self, anew: Callable[[], Open], given: list[tuple[list[Row], int]]
     ) -> None:
         opened, every = anew(), [batch(*rows, own_us=own_us) for rows, own_us in given]
-        store = opened()
-        for one in every:
-            store.append(one)
-        store.close()
-        store = opened()
-        for tag in {tag for one in every for tag in one.tags}:
-            by_minute: dict[int, list[tuple[int, float, int]]] = {}
-            for time_us, value, code, _, _ in expected_of(every, tag):
-                row = (time_us, float(np.frombuffer(value)[0]), code)
-                by_minute.setdefault(time_us // MINUTE_US * MINUTE_US, []).append(row)
-            found = store.minutes([tag], ALWAYS)[tag]
-            assert found.minute_us.tolist() == sorted(by_minute)
-            assert found.count.tolist() == [len(by_minute[m]) for m in sorted(by_minute)]
-            for k, minute in enumerate(sorted(by_minute)):
-                good = [v for _, v, code in by_minute[minute] if code >> 30 == 0 and math.isfinite(v)]
-                assert found.good[k] == len(good)
-                shown = [found.minimum[k], found.maximum[k], found.last[k]]
-                assert shown == [min(good), max(good), good[-1]] if good else np.isnan(shown).all()
-                if good:
-                    mean = math.fsum(v / len(good) for v in good)
-                    assert math.isclose(found.mean[k], mean, rel_tol=1e-9, abs_tol=1e-12 * max(map(abs, good)))
-        store.close()
+        with closing(opened()) as store:
+            for one in every:
+                store.append(one)
+        with closing(opened()) as store:
+            for tag in {tag for one in every for tag in one.tags}:
+                by_minute: dict[int, list[tuple[int, float, int]]] = {}
+                for time_us, value, code, _, _ in expected_of(every, tag):
+                    row = (time_us, float(np.frombuffer(value)[0]), code)
+                    by_minute.setdefault(time_us // MINUTE_US * MINUTE_US, []).append(row)
+                found = store.minutes([tag], ALWAYS)[tag]
+                assert found.minute_us.tolist() == sorted(by_minute)
+                assert found.count.tolist() == [len(by_minute[m]) for m in sorted(by_minute)]
+                for k, minute in enumerate(sorted(by_minute)):
+                    good = [v for _, v, code in by_minute[minute] if code >> 30 == 0 and math.isfinite(v)]
+                    assert found.good[k] == len(good)
+                    shown = [found.minimum[k], found.maximum[k], found.last[k]]
+                    assert shown == [min(good), max(good), good[-1]] if good else np.isnan(shown).all()
+                    if good:
+                        mean, size = statistics.mean(good), max(map(abs, good))
+                        assert math.isclose(found.mean[k], mean, rel_tol=1e-9, abs_tol=1e-12 * size)
 
     def test_a_tag_that_is_not_there_is_refused_with_those_that_are_near(self, opened: Open) -> None:
         store = opened()

@@ -24,13 +24,15 @@ def roll_up(time_us: Times, value: Values, quality: Codes) -> Minutes:
     count = np.diff(np.r_[first, len(minute)])
     latest = np.maximum.reduceat(np.where(used, np.arange(len(minute)), -1), first)
     any_good = good > 0
+    least = np.minimum.reduceat(np.where(used, value, np.inf), first)
+    most = np.maximum.reduceat(np.where(used, value, -np.inf), first)
     # Each value is divided before they are added: the sum of large ones would overflow.
     parts = np.where(used, value, 0.0) / np.repeat(np.maximum(good, 1), count)
     return Minutes(
         minute[first] * MINUTE_US,
-        _where(any_good, np.minimum.reduceat(np.where(used, value, np.inf), first)),
-        _where(any_good, np.maximum.reduceat(np.where(used, value, -np.inf), first)),
-        _where(any_good, np.add.reduceat(parts, first)),
+        _where(any_good, least),
+        _where(any_good, most),
+        _where(any_good, _mean(parts, first, least, most)),
         _where(any_good, value[latest]),
         np.where(any_good, time_us[latest], NO_TIME),
         good,
@@ -54,16 +56,23 @@ def combine(parts: Sequence[Minutes]) -> Minutes:
     share = rows.good[order] / np.repeat(np.maximum(good, 1), np.diff(np.r_[first, len(minute)]))
     # Ordered by minute, then by the time of the last value: the last row of a minute has the one that counts.
     by_last = order[np.lexsort((rows.last_us[order], minute))][np.r_[first[1:] - 1, len(minute) - 1]]
+    least, most = np.fmin.reduceat(rows.minimum[order], first), np.fmax.reduceat(rows.maximum[order], first)
     return Minutes(
         minute[first],
-        np.fmin.reduceat(rows.minimum[order], first),
-        np.fmax.reduceat(rows.maximum[order], first),
-        _where(any_good, np.add.reduceat(np.where(share > 0, rows.mean[order], 0.0) * share, first)),
+        least,
+        most,
+        _where(any_good, _mean(np.where(share > 0, rows.mean[order], 0.0) * share, first, least, most)),
         rows.last[by_last],
         rows.last_us[by_last],
         good,
         np.add.reduceat(rows.count[order], first),
     )
+
+
+def _mean(parts: Values, first: NDArray[np.intp], least: Values, most: Values) -> Values:
+    """The sums of ``parts`` from each of ``first`` on: what rounding made of the largest floats is no mean of them."""
+    with np.errstate(over="ignore"):
+        return np.clip(np.add.reduceat(parts, first), least, most)
 
 
 def _picked(rows: Minutes, order: NDArray[np.intp]) -> Minutes:
