@@ -6,6 +6,8 @@ import os
 import platform
 import subprocess
 import time
+import tomllib
+from functools import cache
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -25,6 +27,12 @@ def changed(*paths: str) -> str:
     lacking = _git("ls-files", "--others", "--exclude-standard", "--", *paths).splitlines()
     texts = ((ROOT / name).read_bytes().hex() for name in lacking)
     return "\n".join((_git("diff", "HEAD", "--", *paths), *lacking, *texts)).strip()
+
+
+@cache
+def run_sources() -> tuple[str, ...]:
+    """The sources that a run of a plant passes through, as the table of pages has them."""
+    return tuple(tomllib.loads((ROOT / "benchmarks" / "pages.toml").read_text("utf-8"))["everything"])
 
 
 def kept(name: str) -> Path:

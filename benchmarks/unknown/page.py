@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 
-from benchmarks.host import ROOT, commit, measured_on
+from benchmarks.host import ROOT, commit, measured_on, run_sources
 from benchmarks.unknown.bars import LIKELY, Study, bars
 from benchmarks.unknown.causes import HARMLESS, HEALTHY, KNOWN
 from benchmarks.unknown.figure import draw
@@ -36,7 +36,7 @@ MOST_SHOWN = 40
 def page(studies: Sequence[Study], mismatch: str) -> str:
     """The whole page."""
     sections = [
-        HEAD.format(commit=commit("src", "benchmarks/unknown"), mismatch=mismatch),
+        HEAD.format(commit=commit(*run_sources(), "benchmarks/unknown"), mismatch=mismatch),
         "## Bars\n\n" + _bars(studies),
         "## Verdicts\n\n" + VERDICTS + "\n\n" + "\n\n".join(map(_verdicts, studies)),
         "## Known faults\n\n" + KNOWN_TEXT + "\n\n" + "\n\n".join(map(_known, studies)),

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from benchmarks.host import ROOT, changed, commit
+from benchmarks.host import ROOT, changed, commit, run_sources
 from benchmarks.unknown.jobs import Job
 
 FOLDER = ROOT / "build" / "unknown"
@@ -36,11 +36,12 @@ RECORDED_BY = (
 """Sources that a recording follows from; of twin and isolation only what says which lines are flat."""
 JUDGED, OPERATED, PAIRED, FORCED = "judged", "operated", "pairs", "forced"
 _LOOKED_AT = tuple(f"benchmarks/unknown/{name}.py" for name in ("band", "causes", "harmless", "looks", "recorder"))
+_RUN = run_sources()
 FOLLOWS_FROM: Mapping[str, tuple[str, ...]] = {
-    JUDGED: ("src", *_LOOKED_AT, "benchmarks/unknown/judging.py"),
-    OPERATED: ("src", "benchmarks/unknown/judge.py", "benchmarks/unknown/looks.py", "benchmarks/unknown/operated.py"),
-    PAIRED: ("src", "benchmarks/unknown/pairs.py", "benchmarks/unknown/strategies.py"),
-    FORCED: ("src", "benchmarks/unknown/forced.py"),
+    JUDGED: (*_RUN, *_LOOKED_AT, "benchmarks/unknown/judging.py"),
+    OPERATED: (*_RUN, "benchmarks/unknown/judge.py", "benchmarks/unknown/looks.py", "benchmarks/unknown/operated.py"),
+    PAIRED: (*_RUN, "benchmarks/unknown/pairs.py", "benchmarks/unknown/strategies.py"),
+    FORCED: (*_RUN, "benchmarks/unknown/forced.py"),
 }
 """What is kept as lines -> sources that it follows from."""
 
