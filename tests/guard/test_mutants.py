@@ -23,6 +23,7 @@ def mutate(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(words, cwd=REPO, capture_output=True, text=True, timeout=LIMIT_S, check=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sample", "least"), [(30, 27), pytest.param(100, 95, marks=pytest.mark.wide)])
 def test_mutants_of_the_trips_are_noticed_by_the_tests_of_the_trips(sample: int, least: int) -> None:
     names = ("trips", "trip_edges", "trip_leads", "trip_times", "trial", "jumps", "disputes", "falls", "unseen")

@@ -127,7 +127,13 @@ def test_every_wrong_plan_is_refused() -> None:
     assert all("LIM-P101-IDLE" in names for names in physical.values())
 
 
-@pytest.mark.parametrize("wrong", WRONG_ACTUATORS, ids=lambda answer: answer.fault)
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        pytest.param(a, id=a.fault, marks=[pytest.mark.slow] if a.fault == "clogging_fault" else [])
+        for a in WRONG_ACTUATORS
+    ],
+)
 def test_actuators_too_many_are_refused(wrong: Answer) -> None:
     judgement = judged(wrong)
     assert judgement.asked and not judgement.accepted and "state" in judgement.causes

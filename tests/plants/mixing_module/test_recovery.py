@@ -67,6 +67,7 @@ def test_what_the_bypass_cures_goes_through_the_bypass(fault: str, onset_s: floa
     assert result.totals["spilled_L"] <= 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "severity"), [("pump_degradation", 0.2), pytest.param("clogging_main", 0.6, marks=pytest.mark.wide)]
 )

@@ -139,6 +139,7 @@ def test_while_thinking_takes_longer_than_physics_leaves(plant: Plant) -> None:
     assert acts_in_time(run(plant, DeclaredClock(150.0)))
 
 
+@pytest.mark.slow
 def test_sixty_seconds_of_thinking_are_no_harm(plant: Plant) -> None:
     done = run(plant, DeclaredClock(60.0))
     assert done.violated_s == math.inf or acts_in_time(done)

@@ -132,7 +132,7 @@ def test_a_controller_that_swings_between_its_limits_is_named() -> None:
 @pytest.mark.parametrize(
     "mismatch", ["plant", *(pytest.param(name, marks=pytest.mark.wide) for name in ("none", "twice"))]
 )
-@pytest.mark.parametrize("name", [REACTOR, MODULE])
+@pytest.mark.parametrize("name", [pytest.param(REACTOR, marks=pytest.mark.slow), MODULE])
 def test_a_healthy_plant_gives_nothing(name: str, mismatch: str) -> None:
     """From the first second on: start-up, pauses, pumps that start and stop."""
     history = seen(name, 1800 if name == REACTOR else 420, mismatch=mismatch, seed=3)

@@ -88,6 +88,7 @@ def test_readings_that_show_one_sample_count_as_one(every: int) -> None:
     assert seldom.unexplained == pytest.approx(fit.unexplained / every)
 
 
+@pytest.mark.slow
 @given(st.integers(2, 90))
 def test_a_constant_error_is_as_large_of_an_analyser_as_of_anything_else(every: int) -> None:
     plant, twin = reactor(), follow(readings(4, 900), 4)
