@@ -133,6 +133,8 @@ def main() -> None:
     parser.add_argument("names", nargs="*", metavar="NAME", help="mistakes (default: all)")
     parser.add_argument("--jobs", type=int, default=1, help="how many are asked at once (default: 1)")
     options, every = parser.parse_args(), (*IN_TABLES, *IN_MODELS)
+    if unknown := sorted({*options.names} - {mistake.name for mistake in every}):
+        parser.error(f"no mistake is called {', '.join(map(repr, unknown))}")
     wanted = [mistake for mistake in every if not options.names or mistake.name in options.names]
     print(HEAD, flush=True)
     with tempfile.TemporaryDirectory() as scratch, ThreadPoolExecutor(options.jobs) as pool:

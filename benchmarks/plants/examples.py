@@ -5,8 +5,8 @@ With names it runs these examples only, and prints what the page would say of th
 
 from __future__ import annotations
 
+import argparse
 import shutil
-import sys
 import tempfile
 from collections import Counter
 from collections.abc import Sequence
@@ -133,9 +133,14 @@ class Example:
         return ROWS.format(title=self.plant.title) + "\n".join(end.row for end in self.ends) + "\n"
 
 
-def main(names: Sequence[str]) -> None:
+def main() -> None:
     """Run the examples, and write the page where it is about all of them."""
     every = sorted(folder.name for folder in EXAMPLES.iterdir() if (folder / "case.toml").exists())
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.plants.examples", description=main.__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(every)}; all by default")
+    names = parser.parse_args().names
+    if unknown := sorted({*names} - {*every}):
+        parser.error(f"no example is called {', '.join(map(repr, unknown))}; there are {', '.join(every)}")
     made = [measured(name) for name in names or every]
     told = "\n".join(example.row for example in made) + "\n" + FAULTS.format(fallbacks=_fallbacks(made))
     told += "".join(example.table for example in made)
@@ -193,4 +198,4 @@ def _fallbacks(made: Sequence[Example]) -> str:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()
