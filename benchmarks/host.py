@@ -61,11 +61,11 @@ def host() -> dict[str, Any]:
     }
 
 
-def measured_on() -> str:
-    """A sentence for a page."""
-    here = host()
+def measured_on(*paths: str) -> str:
+    """A sentence for a page; ``paths`` are those whose last commit it names, the sources by default."""
+    here, last = host(), commit(*paths)
     return (
-        f"Measured for the sources of `{commit()}` with Python {here['python']} on {here['cores']} cores. Yardstick\n"
+        f"Measured for the sources of `{last}` with Python {here['python']} on {here['cores']} cores. Yardstick\n"
         f"of the host: two million steps of a congruential generator take {here['yardstick_s']:.3f} s there."
     )
 

@@ -6,7 +6,6 @@ by our monitoring and left alone until the recorded second. Noise, feed mixing a
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass
 
 from benchmarks.recorded_calls import RecordedCall, Setpoints
@@ -19,7 +18,7 @@ from homeostat.domain.recovery import ActionSet, Command
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import Finding, NoActionNeeded
 from homeostat.evaluate.reference.unsupervised import open_process
-from homeostat.evaluate.scenario import scenario
+from homeostat.evaluate.scenario import Scenario, scenario
 from homeostat.links.simulated import SimulatedLink
 from homeostat.links.truth.process import TrueProcess
 from homeostat.plants.plant import Plant
@@ -54,8 +53,7 @@ class Course:
 class Situation:
     """Our plant, watched and left alone until a recorded second."""
 
-    link: SimulatedLink
-    process: TrueProcess
+    setting: Scenario
     twin: Twin
     snapshot: Snapshot
     diagnosis: Diagnosis
@@ -93,12 +91,17 @@ def watch(link: SimulatedLink, monitoring: TwinMonitoring, until_s: int) -> tupl
     raise ValueError(f"the plant ended before {until_s} s")
 
 
+def opened(plant: Plant, setting: Scenario) -> tuple[SimulatedLink, TrueProcess]:
+    """The plant before its first second; the same one each time."""
+    process = open_process(plant, setting)
+    return SimulatedLink(process, recipe=new_sequencer(plant).sample), process
+
+
 def situation(plant: Plant, call: RecordedCall) -> Situation:
     """The situation of a recorded run: same fault, same onset, same second; the run's number is the seed."""
     d = plant.description
     setting = scenario(plant, call.fault, call.run, onset_s=call.onset_s, end_s=float(ENDS_S))
-    process = open_process(plant, setting)
-    link = SimulatedLink(process, recipe=new_sequencer(plant).sample)
+    link, _ = opened(plant, setting)
     twin = Twin(plant.model, d, plant.twin, call.run)
     monitoring = TwinMonitoring(
         twin, Grounding(plant.graph, plant.namespace), d, plant.baselines, plant.started, plant.monitoring
@@ -106,7 +109,7 @@ def situation(plant: Plant, call: RecordedCall) -> Situation:
     snapshot, known = watch(link, monitoring, call.time_s)
     every = [f.name for f in d.faults]
     diagnosis = Diagnosis(snapshot.at_s, monitoring.symptoms, twin.explain(every, known))
-    return Situation(link, process, twin, snapshot, diagnosis, twin.explain(every, ())[0].name)
+    return Situation(setting, twin, snapshot, diagnosis, twin.explain(every, ())[0].name)
 
 
 def typed(plant: Plant, snapshot: Snapshot, wanted: Setpoints) -> ActionSet:
@@ -133,13 +136,15 @@ def ours(plant: Plant, where: Situation, actions: ActionSet) -> Ours:
     verdict = judge(actions, rollout, d.limits, d.machine.state(actions.target), d.tags_by_name)
     worst = min(verdict.findings, key=lambda f: f.relative(d.scales))
     start = round(where.snapshot.at_s)
-    truth = execute(*copy.deepcopy((where.link, where.process)), actions, start)
+    truth = execute(*opened(plant, where.setting), actions, start)
     soon, late = truth.until(plant.twin.horizon_s), truth.until(ENDS_S - start)
     return Ours(actions.target, tuple(f for f in verdict.findings if not f.satisfied), worst, soon, late)
 
 
 def execute(link: SimulatedLink, process: TrueProcess, actions: ActionSet, start_s: int) -> Course:
-    """Command what was recorded and let the plant run to its end; true values from ``start_s`` on."""
+    """Leave the plant alone until ``start_s``, command what was recorded, go on to the end; true values from then."""
+    while link.advance().at_s < start_s:
+        pass
     process.command(actions.commands)
     while not link.ended:
         link.advance()
