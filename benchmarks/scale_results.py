@@ -28,6 +28,8 @@ from benchmarks.scale.study import SIZES, Footprint, Study
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "scale.md"
 FIGURE = ROOT / "docs" / "images" / "scale.png"
+FEWEST = 3
+"""Fewest sizes that tell a slope and how sure it is."""
 
 
 def measured(modules: int) -> Study:
@@ -56,6 +58,8 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, help="modules of the sites")
     options = parser.parse_args(arguments)
+    if min(options.sizes) < 1 or len({*options.sizes}) < FEWEST:
+        parser.error(f"--sizes are at least {FEWEST} different numbers from 1 on: growth with the size is a slope")
     studies = [measured(modules) for modules in options.sizes]
     FIGURE.parent.mkdir(parents=True, exist_ok=True)
     draw(studies, FIGURE)
