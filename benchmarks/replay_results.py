@@ -249,7 +249,10 @@ def main() -> None:
     """Write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--records", type=Path, default=FILE, help="file of recorded calls")
-    runs = by_run(read_calls(parser.parse_args().records))
+    records = parser.parse_args().records
+    if not records.is_file():
+        parser.error(f"{records} is no file of recorded calls; name one with --records")
+    runs = by_run(read_calls(records))
     plant = load_plant("cstr")
     found: dict[tuple[str, Setpoints | None], Ours] = {}
     diagnosed: dict[str, tuple[str, str]] = {}
