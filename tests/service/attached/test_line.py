@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 import random
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -67,8 +65,7 @@ class Thinker:
         self._on = False
         connection = self.away._connection
         if connection is not None:
-            with socket.socket(fileno=os.dup(connection.fileno())) as end:
-                end.shutdown(socket.SHUT_RDWR)
+            connection.end()
 
 
 def until(holds: Callable[[], object], within_s: float = 60.0) -> None:

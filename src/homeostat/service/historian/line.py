@@ -7,7 +7,7 @@ import os
 import threading
 import time
 from collections.abc import Callable
-from multiprocessing.connection import Connection, Listener
+from multiprocessing.connection import Listener
 from pathlib import Path
 from typing import Final, final
 
@@ -16,6 +16,7 @@ from homeostat.history.samples import Batch
 from homeostat.history.store import Occurrence
 from homeostat.service.historian.backlog import MOST, Backlog
 from homeostat.service.historian.messages import LARGEST_BACK, Back, Kept, from_historian, to_historian
+from homeostat.service.shared import Shared
 
 AWAY_S: Final = 30.0
 """After so long without a historian that is an alarm, wall-clock [s]."""
@@ -41,7 +42,7 @@ class HistoryLine:
         self._changed = threading.Condition()
         self._waiting = Backlog()
         self._number, self._sent, self._loses = 0, 0, False
-        self._connection: Connection | None = None
+        self._connection: Shared | None = None
         self._gone_s, self._told, self._over = time.monotonic(), "", False
         for work in (self._listen, self._send_on):
             threading.Thread(target=work, name="historian's line", daemon=True).start()
@@ -88,8 +89,7 @@ class HistoryLine:
         with contextlib.suppress(OSError):
             self._listener.close()
         if (connection := self._connection) is not None:
-            with contextlib.suppress(OSError):
-                connection.close()
+            connection.end()
 
     def _look(self) -> None:
         """Raise the alarm of a historian that is away for long."""
@@ -100,7 +100,7 @@ class HistoryLine:
     def _listen(self) -> None:
         while not self._over:
             try:
-                connection: Connection = self._listener.accept()
+                connection = Shared(self._listener.accept())
             except OSError:
                 continue
             with self._changed:
@@ -111,14 +111,13 @@ class HistoryLine:
             with self._changed:
                 self._gone_s, self._connection = time.monotonic(), None  # in this order: the guard looks unasked
                 self._changed.notify_all()
-            with contextlib.suppress(OSError):
-                connection.close()
+            connection.close()
 
-    def _hear(self, connection: Connection) -> None:
-        """Take note of how far the historian has come, until it is gone."""
-        with contextlib.suppress(OSError, EOFError, ValueError, TypeError):
+    def _hear(self, connection: Shared) -> None:
+        """Take note of how far the historian has come, until it is gone, or says what nobody can take."""
+        with contextlib.suppress(OSError, EOFError, ValueError, TypeError, OverflowError, RecursionError):
             while True:
-                back = from_historian(connection.recv_bytes(LARGEST_BACK))
+                back = from_historian(connection.receive(LARGEST_BACK))
                 self._taken(back)
                 self._tell(back.trouble)
 
@@ -141,7 +140,7 @@ class HistoryLine:
                 self._sent = self._sent if kept is None else kept.number
             if connection is not None and kept is not None:
                 with contextlib.suppress(OSError):  # who listens finds out
-                    connection.send_bytes(to_historian(kept))
+                    connection.send(to_historian(kept))
 
     @property
     def _owed(self) -> Kept | None:

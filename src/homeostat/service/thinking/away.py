@@ -8,7 +8,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterator
-from multiprocessing.connection import Client, Connection
+from multiprocessing.connection import Client
 from pathlib import Path
 from typing import Final, final
 
@@ -16,6 +16,7 @@ from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.journal.encode import encode_fields
 from homeostat.journal.events import Event, Subscriber
 from homeostat.journal.listeners import Listeners
+from homeostat.service.shared import Shared
 from homeostat.service.thinking.codec import LARGEST, FromThinking, Ready, Recorded, Told, from_guard, to_guard
 
 MOST: Final = 10_000
@@ -35,7 +36,7 @@ class Away:
         """
         self._path, self._machine, self._goes_on = path, machine, goes_on
         self._waiting: queue.Queue[bytes] = queue.Queue(MOST)
-        self._connection: Connection | None = None
+        self._connection: Shared | None = None
         self._ready: Ready | None = None
         self._sending = threading.Lock()
         threading.Thread(target=self._send_on, name="line to the guard", daemon=True).start()
@@ -58,7 +59,7 @@ class Away:
         """What guards tell, one after another, until there is nobody to think for."""
         while self._goes_on():
             try:
-                connection: Connection = Client(str(self._path), family="AF_UNIX")
+                connection = Shared(Client(str(self._path), family="AF_UNIX"))
             except OSError:
                 time.sleep(AGAIN_S)
                 continue
@@ -67,8 +68,9 @@ class Away:
                 self.send(self._ready)
             with contextlib.suppress(OSError, EOFError):
                 while True:
-                    yield from_guard(connection.recv_bytes(LARGEST), self._machine)
+                    yield from_guard(connection.receive(LARGEST), self._machine)
             self._connection = None
+            connection.end()  # or who sends to a guard that reads nothing would be waited for
             with self._sending, contextlib.suppress(queue.Empty):
                 while True:
                     self._waiting.get_nowait()
@@ -80,7 +82,7 @@ class Away:
             connection = self._connection
             if connection is not None:
                 with self._sending, contextlib.suppress(OSError):
-                    connection.send_bytes(frame)
+                    connection.send(frame)
 
 
 @final

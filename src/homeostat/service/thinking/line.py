@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import os
-import socket
 import threading
 import zlib
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from multiprocessing.connection import Connection, Listener
+from multiprocessing.connection import Listener
 from pathlib import Path
 from typing import Final, final
 
@@ -18,6 +17,7 @@ from homeostat.domain.events.guard import ThinkingBegan, ThinkingEnded
 from homeostat.domain.observation import Message, Observation, Settled, Trouble
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.journal import Trace
+from homeostat.service.shared import Shared
 from homeostat.service.thinking.codec import LARGEST, Hello, Ready, Recorded, from_thinking, to_thinking
 
 MOST: Final = 3600
@@ -66,7 +66,7 @@ class ThinkingLine:
         self._new: deque[Observation] = deque(maxlen=MOST_NEW)
         self._kept: deque[bytes] = deque()
         self._size, self._dropped = 0, 0
-        self._connection: Connection | None = None
+        self._connection: Shared | None = None
         self._next, self._now_s, self._over, self._alarms = 0, 0.0, False, 0
         for work in (self._listen, self._tell):
             threading.Thread(target=work, name="thinking's line", daemon=True).start()
@@ -88,26 +88,27 @@ class ThinkingLine:
     def _listen(self) -> None:
         while not self._over:
             try:
-                connection: Connection = self._listener.accept()
+                connection = Shared(self._listener.accept())
             except OSError:
                 continue
             with contextlib.suppress(OSError):
-                connection.send_bytes(self._hello)
+                connection.send(self._hello)
             with self._changed:
                 self._connection, self._next = connection, 0
                 self._changed.notify_all()
             reason, process = self._hear(connection)
             self._let_go(connection)
+            connection.close()
             if process is not None and not self._over:
                 self._note(ThinkingEnded(process, reason))
                 self._answering.put(Trouble(ALARM, f"{reason}; nothing is diagnosed and nothing proposed"))
 
-    def _hear(self, connection: Connection) -> tuple[str, int | None]:
+    def _hear(self, connection: Shared) -> tuple[str, int | None]:
         """Take what thinking says until it is gone; why it is, and its number where it was ready."""
         process: int | None = None
         while True:
             try:
-                frame = connection.recv_bytes(LARGEST)
+                frame = connection.receive(LARGEST)
             except (EOFError, ConnectionResetError):
                 return "thinking has ended", process
             except OSError as broken:
@@ -158,7 +159,7 @@ class ThinkingLine:
                 connection, frame = self._connection, self._following() if self._owed else None
             if connection is not None and frame is not None:
                 try:
-                    connection.send_bytes(zlib.decompress(frame))
+                    connection.send(zlib.decompress(frame))
                 except OSError:
                     self._let_go(connection)
 
@@ -180,12 +181,10 @@ class ThinkingLine:
                 self._size -= len(self._kept.popleft())
                 self._dropped += 1
 
-    def _let_go(self, connection: Connection | None) -> None:
+    def _let_go(self, connection: Shared | None) -> None:
+        """Send nothing by ``connection`` any more; whoever waits for it in another thread is told."""
         with self._changed:
             if connection is not None and self._connection is connection:
                 self._connection = None
-        if connection is not None and not connection.closed:
-            with contextlib.suppress(OSError), socket.socket(fileno=os.dup(connection.fileno())) as end:
-                end.shutdown(socket.SHUT_RDWR)  # whoever waits for it in another thread is told
-            with contextlib.suppress(OSError):
-                connection.close()
+        if connection is not None:
+            connection.end()
