@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import pwd
+import resource
 import select
 import socket
 import subprocess
@@ -226,6 +227,31 @@ def test_who_is_turned_away_before_it_could_ask_is_told_why(
     monkeypatch.setattr(asking, "socket", slow)
     with pytest.raises(OrderError, match="others are being talked to; try again"):
         asking.order(directory, command())
+
+
+def test_whoever_drips_has_no_place_for_longer_than_whoever_says_nothing(
+    behind: Hearing, directory: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(door, "ASK_S", 0.3)
+    with socket.socket(socket.AF_UNIX) as drips:
+        drips.connect(str(directory / "operator.sock"))
+        end = time.monotonic() + 20.0
+        with pytest.raises(BrokenPipeError):
+            while time.monotonic() < end:
+                drips.sendall(b" ")
+                time.sleep(0.05)
+
+
+def test_a_door_outlives_a_moment_in_which_no_file_can_be_opened(behind: Hearing, directory: Path) -> None:
+    before = resource.getrlimit(resource.RLIMIT_NOFILE)
+    with socket.socket(socket.AF_UNIX) as early:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (3, before[1]))
+        try:
+            early.connect(str(directory / "operator.sock"))
+            time.sleep(0.3)
+        finally:
+            resource.setrlimit(resource.RLIMIT_NOFILE, before)
+    assert asking.status(directory) == {"plant": "tank"}
 
 
 def test_where_no_service_runs_one_line_says_so(behind: Hearing, directory: Path, tmp_path: Path) -> None:

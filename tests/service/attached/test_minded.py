@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import time
 from collections.abc import Callable
@@ -92,3 +93,29 @@ def test_what_ignores_the_wish_to_end_is_killed() -> None:
     while not child.pulsed and time.monotonic() < end:
         child.listen()
     assert child.end(signal.SIGTERM, 0.2) == -signal.SIGKILL
+
+
+def test_what_cannot_be_started_is_tried_again_and_ends_nobody() -> None:
+    told: list[str] = []
+    opened = len(os.listdir("/proc/self/fd"))
+    before = resource.getrlimit(resource.RLIMIT_NOFILE)
+    minded = Minded("it", speaks, QUICK, told.append)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (3, before[1]))
+    try:
+        for _ in range(2):
+            minded.look()
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, before)
+    assert told[0] == "it could not be started: Too many open files; it is tried again in 0 s"
+    assert len(os.listdir("/proc/self/fd")) == opened
+    looked(minded, lambda: minded.child is not None and minded.child.pulsed)
+    minded.end(5.0)
+
+
+def test_a_process_that_dies_for_weeks_is_still_started_again() -> None:
+    told: list[str] = []
+    minded = Minded("it", lambda pulse: 1, QUICK, told.append)
+    minded._deaths = 1100  # thinking that never lasts needs 18 hours for that, and a guard 20 minutes
+    looked(minded, lambda: len(told) >= 2)
+    assert "it ended with status 1; it is started again in 0.4 s" in told[1]
+    minded.end(5.0)

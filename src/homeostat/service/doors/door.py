@@ -25,7 +25,9 @@ from homeostat.service.order import OrderError, parsed
 MOST: Final = 16
 """Most people who are talked to at a time; whoever comes then is turned away."""
 ASK_S: Final = 5.0
-"""Longest wait for what somebody at a door wants, wall-clock [s]."""
+"""Longest wait until somebody at a door has said what he wants, wall-clock [s]."""
+AGAIN_S: Final = 0.2
+"""Wait before a door that could let nobody in is tried again, wall-clock [s]."""
 _HIGHER: Final = {Role.OPERATOR: frozenset({Role.OPERATOR}), Role.ENGINEER: frozenset(Role)}
 """Role of a door -> in which roles one may order there."""
 
@@ -63,6 +65,7 @@ class Doors:
         self._heard = threading.Condition()
         self._awaited: dict[str, PersonHeard | None] = {}
         self._listeners: list[socket.socket] = []
+        self._over = False
         for role, name in DOORS.items():
             listener = opened(directory / name, groups.get(role))
             self._listeners.append(listener)
@@ -78,6 +81,7 @@ class Doors:
 
     def close(self) -> None:
         """Nobody is listened to any more."""
+        self._over = True
         for listener in self._listeners:
             with contextlib.suppress(OSError):
                 os.unlink(listener.getsockname())
@@ -88,7 +92,10 @@ class Doors:
             try:
                 caller, _ = listener.accept()
             except OSError:
-                return
+                if self._over:
+                    return
+                time.sleep(AGAIN_S)  # too many files are open, perhaps: the door is needed all the same
+                continue
             if not self._places.acquire(blocking=False):
                 with contextlib.suppress(OSError):
                     caller.sendall(answer(error=f"{MOST} others are being talked to; try again"))
@@ -99,9 +106,7 @@ class Doors:
     def _talk(self, caller: socket.socket, role: Role) -> None:
         try:
             with caller, contextlib.suppress(OSError):
-                caller.settimeout(ASK_S)
-                with caller.makefile("rb") as lines:
-                    line = lines.readline(LARGEST_ORDER + 2)
+                line = _asked(caller)
                 caller.settimeout(ASK_S)
                 caller.sendall(self._answered(line, role, caller)[:LARGEST])
         finally:
@@ -142,6 +147,20 @@ class Doors:
                 "what it does"
             )
         return answer(done=heard.done, reason=heard.reason, counts=heard.missing > 0)
+
+
+def _asked(caller: socket.socket) -> bytes:
+    """The line that ``caller`` says; OSError where it has not come whole in time, however it drips."""
+    line, until = b"", time.monotonic() + ASK_S
+    while b"\n" not in line and (room := LARGEST_ORDER + 2 - len(line)):
+        caller.settimeout(max(until - time.monotonic(), 1e-3))
+        if not (part := caller.recv(room)):
+            break
+        line += part
+        if time.monotonic() >= until:
+            raise TimeoutError
+    said, end, _ = line.partition(b"\n")
+    return said + end
 
 
 def opened(path: Path, group: int | None) -> socket.socket:

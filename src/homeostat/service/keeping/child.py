@@ -20,7 +20,8 @@ class Child:
     def __init__(self, work: Callable[[int], int]) -> None:
         """Begin ``work`` in a process of its own, which ends with the status that it returns.
 
-        ``work`` is given the descriptor of the pipe, which a process that it turns into inherits.
+        ``work`` is given the descriptor of the pipe, which a process that it turns into inherits. Raises OSError where
+        the machine has no room for another process or pipe.
         """
         self._pulse, theirs = os.pipe()
         os.set_blocking(self._pulse, False)
@@ -28,8 +29,13 @@ class Child:
         os.set_inheritable(theirs, True)
         sys.stdout.flush()
         sys.stderr.flush()
-        self.pid = os.fork()
-        """Its number."""
+        try:
+            self.pid = os.fork()
+            """Its number."""
+        except OSError:
+            os.close(self._pulse)
+            os.close(theirs)
+            raise
         if self.pid == 0:
             os.close(self._pulse)
             _carry_out(work, theirs)

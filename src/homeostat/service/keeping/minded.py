@@ -66,16 +66,26 @@ class Minded:
             self.child = None
 
     def _begin(self) -> None:
-        self.child = Child(self._work)
+        try:
+            self.child = Child(self._work)
+        except OSError as full:  # who minds the others must not end by it
+            wait_s = self._again(self._deaths + 1)
+            self._tell(f"{self._name} could not be started: {full.strerror}; it is tried again in {wait_s:g} s")
+            return
         if self._deaths:
             self._tell(f"{self._name} was started again, process {self.child.pid}")
 
     def _gone(self, status: int, how: str) -> None:
         assert self.child is not None
         lasted = time.monotonic() - self.child.began
-        self._deaths = 1 if lasted >= self._patience.lasts_s else self._deaths + 1
-        wait_s = 0.0
-        if self._deaths > 1:
-            wait_s = min(self._patience.again_s * 2.0 ** (self._deaths - 2), self._patience.most_s)
-        self.child, self.status, self._due = None, status, time.monotonic() + wait_s
+        self.child, self.status = None, status
+        wait_s = self._again(1 if lasted >= self._patience.lasts_s else self._deaths + 1)
         self._tell(f"{self._name} is gone: {how}; it is started again in {wait_s:g} s")
+
+    def _again(self, deaths: int) -> float:
+        """Have it begun after so many ``deaths`` in a row; the wait until then, wall-clock [s]."""
+        self._deaths, wait_s = deaths, 0.0
+        if deaths > 1:
+            wait_s = min(self._patience.again_s * 2.0 ** min(deaths - 2, 60), self._patience.most_s)
+        self._due = time.monotonic() + wait_s
+        return wait_s
