@@ -9,7 +9,7 @@ from homeostat.history.store import HistoryError
 
 _EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
 _UNITS_US: Final = {"s": 1_000_000, "m": 60_000_000, "h": 3_600_000_000, "d": 86_400_000_000}
-_DURATION: Final = re.compile(r"(\d+(?:\.\d+)?)([smhd])")
+_DURATION: Final = re.compile(r"(\d{1,18}(?:\.\d{1,18})?)([smhd])")
 
 
 def told_time(at_us: int) -> str:

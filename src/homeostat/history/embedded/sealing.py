@@ -35,13 +35,15 @@ from homeostat.history.embedded.tables import (
 )
 from homeostat.history.minutes import combine, roll_up
 from homeostat.history.samples import Minutes
-from homeostat.history.store import Occurrence
+from homeostat.history.store import HistoryError, Occurrence
 
 Merge: TypeAlias = Callable[[Path, list[Path]], None]
 """Writes a table from those of smaller ones."""
 
 HOUR, DAY = 13, 10
 """Characters of a label that name an hour, and a day."""
+AT_ONCE: Final = 64
+"""Most tables that are joined at once: each of them is an open file."""
 _MINUTE_COLUMNS: Final = dict(zip((f.name for f in fields(Minutes)), MINUTES_SCHEMA.names[1:], strict=True))
 
 
@@ -76,11 +78,17 @@ def by_tag(content: Content) -> Iterator[TagRows]:
 
 
 def compact(store: Path, current: str) -> None:
-    """Join the tables of each hour that is over, and small ones of each day; ``current``: label of this hour."""
-    _compact(store, ARRIVALS, _merge_arrivals, HOUR, current)
-    _compact(store, RAW, _merge_raw, HOUR, current)
-    _compact(store, MINUTES, _merge_minutes, DAY, current)
-    _compact(store, EVENTS, _merge_occurrences, DAY, current)
+    """Join the tables of each hour that is over, and small ones of each day; ``current``: label of this hour.
+
+    Raises HistoryError where tables cannot be joined because one is damaged, after all others were.
+    """
+    damaged = list[str]()
+    damaged += _compact(store, ARRIVALS, _merge_arrivals, HOUR, current)
+    damaged += _compact(store, RAW, _merge_raw, HOUR, current)
+    damaged += _compact(store, MINUTES, _merge_minutes, DAY, current)
+    damaged += _compact(store, EVENTS, _merge_occurrences, DAY, current)
+    if damaged:
+        raise HistoryError("; ".join(damaged))
 
 
 def write_occurrences(path: Path, occurrences: Iterable[Occurrence]) -> None:
@@ -92,8 +100,13 @@ def write_occurrences(path: Path, occurrences: Iterable[Occurrence]) -> None:
         "severity": np.array([o.severity for o in rows], dtype=np.int32),
     }
     for name in ("kind", "source", "text", "details"):
-        columns[name] = [getattr(o, name) for o in rows]
+        columns[name] = [_storable(getattr(o, name)) for o in rows]
     write_plain(path, plain_table(EVENTS_SCHEMA, columns))
+
+
+def _storable(text: str) -> str:
+    """``text``, with an escape for half a character, as a file's name may have: a table takes whole ones only."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def read_occurrences(path: Path) -> list[Occurrence]:
@@ -145,19 +158,37 @@ def _minute_rows(tag: str, minutes: Minutes) -> TagRows:
     return TagRows(tag, {column: getattr(minutes, name) for name, column in _MINUTE_COLUMNS.items()})
 
 
-def _compact(store: Path, kind: str, merge: Merge, length: int, current: str) -> None:
-    """Join the tables of one hour, or one day, that follow one another, but for those of the ``current`` hour."""
+def _compact(store: Path, kind: str, merge: Merge, length: int, current: str) -> Iterator[str]:
+    """Join the tables of one hour, or one day, that follow one another, but for those of the ``current`` hour.
+
+    Says which could not be joined, and why.
+    """
     tables = listed(store, kind).tables
     for (label, still), group in groupby(tables, key=lambda t: (t.label[:length], t.label[:HOUR] == current)):
         same = list(group)
-        first, last = same[0].first, same[-1].last
-        # What is not sealed yet must not seem to be in a table that spans its number.
-        waits = any(first <= s.number <= last for s in segments_of(store))
-        if len(same) > 1 and not still and not waits:
-            span = min(t.from_us for t in same), max(t.to_us for t in same)
-            merge(TableFile(first, last, label, *span, store / kind).path, [t.path for t in same])
-            for table in same:
-                table.path.unlink(missing_ok=True)
+        try:
+            while not still and len(same) > 1:
+                bites = [same[k : k + AT_ONCE] for k in range(0, len(same), AT_ONCE)]
+                joined = [_join(store / kind, bite, label, merge) for bite in bites]
+                same = [] if None in joined else [table for table in joined if table is not None]
+        except HistoryError as damaged:
+            yield str(damaged)
+
+
+def _join(folder: Path, same: Sequence[TableFile], label: str, merge: Merge) -> TableFile | None:
+    """One table of those that are the ``same`` hour or day; None where it must wait."""
+    if len(same) == 1:
+        return same[0]
+    first, last = same[0].first, same[-1].last
+    # What is not sealed yet must not seem to be in a table that spans its number.
+    if any(first <= s.number <= last for s in segments_of(folder.parent)):
+        return None
+    span = min(t.from_us for t in same), max(t.to_us for t in same)
+    joined = TableFile(first, last, label, *span, folder)
+    merge(joined.path, [t.path for t in same])
+    for table in same:
+        table.path.unlink(missing_ok=True)
+    return joined
 
 
 def _merge_raw(path: Path, sources: list[Path]) -> None:

@@ -6,6 +6,7 @@ The footer says in which rows each tag is, so that a few tags are read without l
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, TypeAlias, final
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from homeostat.history.embedded.layout import PARTIAL, sync
 from homeostat.history.samples import NO_TIME
+from homeostat.history.store import HistoryError
 
 Columns: TypeAlias = Mapping[str, NDArray[Any]]
 """Name of a column -> its values, shape (n,), n the same for all."""
@@ -117,10 +119,11 @@ class SortedTable:
     """A table that was written by :func:`write_sorted`, opened once."""
 
     def __init__(self, path: Path) -> None:
-        """Read the footer; FileNotFoundError where it has gone."""
+        """Read the footer; FileNotFoundError where it has gone, HistoryError where it is damaged."""
         self._path = path
-        self._footer = pq.read_metadata(path)
-        counts: Mapping[str, int] = json.loads((self._footer.metadata or {}).get(_INDEX, b"{}"))
+        with _undamaged(path):
+            self._footer = pq.read_metadata(path)
+            counts: Mapping[str, int] = json.loads((self._footer.metadata or {}).get(_INDEX, b"{}"))
         ends = np.cumsum(np.fromiter(counts.values(), dtype=np.int64, count=len(counts)))
         self._rows = {tag: (int(end) - n, int(end)) for (tag, n), end in zip(counts.items(), ends, strict=True)}
         groups = [self._footer.row_group(k).num_rows for k in range(self._footer.num_row_groups)]
@@ -136,7 +139,7 @@ class SortedTable:
         wanted = sorted((self._rows[tag], tag) for tag in set(tags) & self._rows.keys())
         if not wanted:
             return
-        with pq.ParquetFile(self._path, metadata=self._footer) as file:
+        with _undamaged(self._path), pq.ParquetFile(self._path, metadata=self._footer) as file:
             held, table = range(0), dict[str, NDArray[Any]]()
             for (first, end), tag in wanted:
                 groups = range(
@@ -149,8 +152,11 @@ class SortedTable:
 
 
 def read_plain(path: Path, columns: Sequence[str]) -> Columns:
-    """These ``columns`` of a table without tags; times are in [us], NO_TIME where there is none."""
-    with pq.ParquetFile(path) as file:
+    """These ``columns`` of a table without tags; times are in [us], NO_TIME where there is none.
+
+    Raises FileNotFoundError where it has gone, HistoryError where it is damaged.
+    """
+    with _undamaged(path), pq.ParquetFile(path) as file:
         return _columns(file.read(list(columns), use_threads=False))
 
 
@@ -229,6 +235,18 @@ def _open(where: Path | pa.NativeFile, schema: pa.Schema, encoding: str) -> pq.P
     sorted_by = [name for name in ("tag", "time", "minute") if name in schema.names]
     how: dict[str, Any] = {"use_dictionary": listed, "column_encoding": encodings, "write_statistics": sorted_by}
     return pq.ParquetWriter(where, schema, compression="zstd", compression_level=_LEVEL, store_schema=False, **how)
+
+
+@contextmanager
+def _undamaged(path: Path) -> Iterator[None]:
+    """HistoryError that names ``path`` where the library finds something else in it than was written."""
+    try:
+        yield
+    except (pa.ArrowException, ValueError, OSError) as error:
+        if isinstance(error, OSError) and error.errno is not None:  # the library's own have none
+            raise
+        text = f"{str(path)!r} is damaged ({' '.join(str(error).split())[:200]})"
+        raise HistoryError(f"{text}; move it out of the history, or put its copy there from a backup") from error
 
 
 @final

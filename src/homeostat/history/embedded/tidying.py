@@ -72,7 +72,7 @@ class Tidying:
     def __init__(self, store: Path, settings: HistorySettings, told: Callable[[str], None]) -> None:
         """``told`` what went wrong, and what was dropped early."""
         self._store, self._settings, self._told = store, settings, told
-        self._busy = threading.Lock()
+        self._busy, self._said = threading.Lock(), set[str]()
 
     def gaps(self) -> Iterator[str]:
         """What is not whole in the log, as a death or the disk left it; one line each."""
@@ -87,14 +87,17 @@ class Tidying:
     def tidy(self, number: int, label: str, now_us: int) -> None:
         """Make tables of the segments before ``number``, join those of hours before ``label``, and drop what is old.
 
+        What cannot be done for another reason than room is told once, and keeps nothing else from being done.
         ``now_us``: the latest time [us]; NO_TIME where nothing was appended. Raises OSError where there is no room.
         """
-        with self._busy:
-            for segment in segments_of(self._store):
-                if segment.number < number:
-                    with_room(self._store, lambda s=segment: self._seal(s), self._told)  # type: ignore[misc]
-            self._compact(label)
-        self.retain(now_us)
+        try:
+            with self._busy:
+                for segment in segments_of(self._store):
+                    if segment.number < number:
+                        with_room(self._store, lambda s=segment: self._seal(s), self._told)  # type: ignore[misc]
+                self._compact(label)
+        finally:
+            self.retain(now_us)
 
     def ended(self, within_s: float) -> bool:
         """Whether something was being done beside, and has ended within so many seconds."""
@@ -116,13 +119,28 @@ class Tidying:
             compact(self._store, label)
         except FileNotFoundError:
             pass
+        except HistoryError as damaged:
+            self._tell_once(f"tables of the history are not joined: {damaged}")
         except OSError as error:
             if error.errno not in FULL:
                 raise
 
     def _seal(self, segment: SegmentFile) -> None:
+        """Make tables of ``segment``; what cannot become one stays in the log, where it is read."""
         if segment in listed(self._store, RAW).segments:  # else a death came between the table and this
-            content = read_segment(segment.path)
-            add_names(self._store, filter(None, content.names))
-            seal(self._store, segment, content)
+            try:
+                content = read_segment(segment.path)
+                add_names(self._store, filter(None, content.names))
+                seal(self._store, segment, content)
+            except OSError:
+                raise
+            except Exception as error:  # whatever it is: those behind it are whole
+                why = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+                self._tell_once(f"{str(segment.path)!r} stays in the log, no table can be made of it: {why}")
+                return
         segment.path.unlink(missing_ok=True)
+
+    def _tell_once(self, trouble: str) -> None:
+        if trouble not in self._said:
+            self._said.add(trouble)
+            self._told(trouble)

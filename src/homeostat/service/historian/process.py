@@ -101,8 +101,9 @@ class _Keeping:
             if not connection.poll(LOOK_S):
                 continue
             kept = from_guard(connection.recv_bytes(LARGEST))
-            if _identity(kept.what) in self._known or self._kept(kept, connection):
-                self._taken = kept.number
+            if not (_identity(kept.what) in self._known or self._kept(kept, connection)):
+                return  # what follows would say that this was kept, too
+            self._taken = kept.number
             for trouble in self._store.take_troubles():
                 _say(trouble)
                 self._trouble = trouble
@@ -123,6 +124,10 @@ class _Keeping:
                 if not self._goes_on():
                     return False
                 self._stopping.wait(LOOK_S)
+            except ValueError as unfit:  # it would be that the next time, too, and what follows would wait for it
+                _say(f"not kept: {unfit}")
+                self._trouble = f"one of the samples or events cannot be kept: {unfit}"
+                return True
             else:
                 return True
 
@@ -131,13 +136,23 @@ class _Keeping:
 
 
 def _kept_lately(store: HistoryStore) -> set[tuple[int, str]]:
-    """What a historian before us has kept and may not have said so: a guard sends that again."""
-    extent = store.extent()
-    if extent is None or PROCESS_TIME not in store.tags():
+    """What a historian before us has kept and may not have said so: a guard sends that again.
+
+    Where that cannot be read, one sample may be kept twice, which is better than none.
+    """
+    try:
+        if PROCESS_TIME not in store.tags():
+            return set()
+        last = store.last([PROCESS_TIME])[PROCESS_TIME]  # a source whose clock is wrong must not hide it
+        if not last.length:
+            return set()
+        lately = Span(int(last.time_us[0]) - LATELY_US, int(last.time_us[0]) + 1)
+        known = {(own_us, "") for own_us in store.read([PROCESS_TIME], lately)[PROCESS_TIME].own_us.tolist()}
+        since_us = max(int(last.own_us[0]) - LATELY_US, ALWAYS.from_us)
+        return known | {_identity(each) for each in store.occurrences(Span(since_us, ALWAYS.to_us))}
+    except (HistoryError, OSError) as unread:
+        _say(f"what was kept last cannot be read: {unread}")
         return set()
-    lately = Span(extent.to_us - LATELY_US, extent.to_us)
-    known = {(own_us, "") for own_us in store.read([PROCESS_TIME], lately)[PROCESS_TIME].own_us.tolist()}
-    return known | {_identity(each) for each in store.occurrences(Span(lately.from_us, ALWAYS.to_us))}
 
 
 def _identity(what: Batch | Occurrence) -> tuple[int, str]:
