@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import shutil
 from pathlib import Path
 
@@ -136,6 +137,19 @@ def test_a_history_that_is_written_by_another_process_stops_no_run_half_way(tmp_
     with EmbeddedStore(tmp_path / "h"):
         refused(homeostat(*SHORT, "--history", "h", cwd=tmp_path), "is written by process", "end that one first")
     assert not (tmp_path / "runs").exists()
+
+
+def test_what_is_no_file_is_not_replaced_by_an_export(tmp_path: Path) -> None:
+    with EmbeddedStore(tmp_path / "h") as store:
+        store.append(batch(plain("T1", T0, 1.0)))
+    os.mkfifo(tmp_path / "pipe.csv")
+    (tmp_path / "linked.csv").symlink_to(tmp_path / "real.csv")
+    (tmp_path / "real.csv").write_text("before")
+    export = ("history", "export", "T1", "--store", "h", "--force", "--out")
+    refused(homeostat(*export, "pipe.csv", cwd=tmp_path), "'pipe.csv' is no file, and is not replaced by one")
+    assert homeostat(*export, "linked.csv", cwd=tmp_path).status == 0
+    assert (tmp_path / "linked.csv").is_symlink()
+    assert "T1" in (tmp_path / "real.csv").read_text()
 
 
 def test_a_history_without_samples_says_so(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from homeostat.journal.found import Found
 from homeostat.record.decode import decode
 from homeostat.record.directory import RunDirectory, RunDirectoryError
 from homeostat.service.attached.place import RECALLED, AttachError, begins, changed, first_event, hold, refuse_unfit
-from tests.cli.command import homeostat_process
+from tests.cli.command import homeostat, homeostat_process, refused
 from tests.cli.conftest import RECOVERY, once
 
 CHOSEN = (Setting("configuration", "c" * 64), Setting("pace", 1.0))
@@ -148,3 +148,22 @@ def test_a_guard_remembers_the_same_of_what_it_reads(recovered_run: Path) -> Non
         assert changed(read, chosen) == changed(every, chosen)
     modes = [record for record in every if record.kind == ModeEntered.kind]
     assert modes and modes == [record for record in read if record.kind == ModeEntered.kind]
+
+
+@pytest.mark.parametrize(
+    "line", [b'{"x"\n', b"\x9d\xff\n", b"[" * 5000 + b"\n", b"{}\n"], ids=["half", "bytes", "deep", "empty"]
+)
+def test_a_journal_that_begins_with_no_line_of_one_is_said_so(tmp_path: Path, line: bytes) -> None:
+    (tmp_path / "events.jsonl").write_bytes(line)
+    with pytest.raises(BrokenChain, match=r"the journal of .* cannot be read: line 1 is not a line that a run writes"):
+        begins(tmp_path)
+
+
+ASKED = [("status",), ("mode", "advise"), ("approve",), ("replay", "--what-if")]
+
+
+@pytest.mark.parametrize("words", ASKED, ids=[words[0] for words in ASKED])
+def test_every_command_says_so_in_one_line(tmp_path: Path, words: tuple[str, ...]) -> None:
+    (tmp_path / "live").mkdir()
+    (tmp_path / "live" / "events.jsonl").write_bytes(b'{"x"\n')
+    refused(homeostat(words[0], "live", *words[1:], cwd=tmp_path), "'live'", "line 1 is not a line that a run writes")

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from homeostat.cli.arguments import UsageError
+from homeostat.cli.arguments import UsageError, writable
 from homeostat.cli.table import show_table
 from homeostat.domain.quotation import printable
 from homeostat.history.embedded.reading import EmbeddedHistory
@@ -47,12 +47,11 @@ def show(options: argparse.Namespace) -> int:
 
 def write(options: argparse.Namespace) -> int:
     """Write samples or minutes of the tags, or of all tags, to a file; 0."""
-    if options.out.exists() and not options.force:
-        raise UsageError(f"{str(options.out)!r} is there already; choose another name, or replace it with --force")
+    out = writable(options.out, options.force)
     history = EmbeddedHistory(options.store)
     span = read_span(options.last, getattr(options, "from"), options.to, _extent(history, options.store))
     tags = tuple(dict.fromkeys(options.tags)) or history.tags()
-    rows = export(history, tags, span, options.out, options.minutes)
+    rows = export(history, tags, span, out, options.minutes)
     where = f"{len(tags)} {'tag' if len(tags) == 1 else 'tags'}, {told_time(span.from_us)} to {told_time(span.to_us)}"
     print(f"{printable(str(options.out))}: {rows} rows, {where}")
     return 0

@@ -12,9 +12,10 @@ from typing import Final
 from homeostat.domain.events.people import ModeEntered
 from homeostat.domain.mode import Role
 from homeostat.guard.restart.memory import FOLDED
-from homeostat.journal import Record, Resumed, RunStarted, Setting
+from homeostat.journal import BrokenChain, Record, Resumed, RunStarted, Setting
 from homeostat.journal.beside.files import JOURNAL
-from homeostat.journal.reading import parse
+from homeostat.journal.chain import GENESIS
+from homeostat.journal.reading import follow
 from homeostat.links.errors import LinkError
 
 ATTACHED: Final = "attached"
@@ -69,7 +70,10 @@ def hold(directory: Path, within_s: float = FREE_S) -> int:
 
 
 def begins(directory: Path) -> RunStarted | None:
-    """How the journal in ``directory`` begins; None where there is none, or it is not an attached plant's."""
+    """How the journal in ``directory`` begins; None where there is none, or it is not an attached plant's.
+
+    Raises BrokenChain where its first line is none that a journal has.
+    """
     try:
         with (directory / JOURNAL).open("rb") as file:
             line = file.readline()
@@ -77,7 +81,10 @@ def begins(directory: Path) -> RunStarted | None:
         return None
     if not line.endswith(b"\n"):
         return None
-    return _started(parse(line[:-1]))
+    try:
+        return _started(follow(1, line[:-1], GENESIS))
+    except BrokenChain as broken:
+        raise BrokenChain(f"the journal of {str(directory)!r} cannot be read: {broken}", 0) from None
 
 
 def _started(record: Record) -> RunStarted | None:
