@@ -71,18 +71,22 @@ def _followed(options: argparse.Namespace, run_dir: Path) -> Followed | None:
 
 
 def until_us(history: HistoryReader, extent: Span, until_s: float) -> int:
-    """When process time ``until_s`` was over [us]: it stood while the plant was not attached; the extent's end at most.
+    """When process time ``until_s`` was over [us]: it stood while the plant was not attached.
 
-    It is looked for from the end on, day by day.
+    At most the end of the process time that was kept: a source whose clock is wrong may have samples of another
+    century. It is looked for from there on, day by day, and by more where there is nothing.
     """
-    to_us = extent.to_us
+    last = history.last([PROCESS_TIME])[PROCESS_TIME]
+    to_us = int(last.time_us[0]) + 1 if last.length else extent.to_us
+    length_us = _DAY_US
     while math.isfinite(until_s) and to_us > extent.from_us:
-        day = Span(max(to_us - _DAY_US, extent.from_us), to_us)
-        found = history.read([PROCESS_TIME], day)[PROCESS_TIME]
+        part = Span(max(to_us - length_us, extent.from_us), to_us)
+        found = history.read([PROCESS_TIME], part)[PROCESS_TIME]
         before = np.flatnonzero(found.value <= until_s)
         if before.size:
             return to_us if before[-1] == found.value.size - 1 else int(found.time_us[before[-1]]) + 1
-        to_us = day.from_us
+        length_us = _DAY_US if found.value.size else 2 * length_us
+        to_us = part.from_us
     return to_us
 
 

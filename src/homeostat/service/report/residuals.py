@@ -30,6 +30,8 @@ LEAST_TICKS: Final = 120
 """Shortest stretch that says anything [tick]."""
 MOST: Final = 500
 """Most stretches that are looked at; of more, as many are taken evenly."""
+BEFORE_TICKS: Final = 10
+"""How far before a stretch it is looked for what a tag had when it began [tick]."""
 MOST_HELD: Final = 0.1
 """Largest share of a stretch for which a reading may be unknown [1]."""
 _DAY_S: Final = 86_400.0
@@ -75,7 +77,7 @@ def residuals(plant: Plant, history: HistoryReader, span: Span) -> Followed:
     variables = {tag: v for tag, v in plant.description.variables.items() if v in plant.model.shown}
     times, means, within = list[float](), list[Values](), list[Values]()
     left_out = 0
-    for window in _evenly(tuple(_windows(plant, history, span))):
+    for window in _windows(plant, history, span):
         found = None if _lacking(window) else _followed(plant, window, tuple(variables.values()))
         if found is None:
             left_out += 1
@@ -120,19 +122,24 @@ def _lacking(window: Window) -> bool:
 
 
 def _windows(plant: Plant, history: HistoryReader, span: Span) -> Iterator[Window]:
-    """The stretches of ``span``, each between two gaps of process time."""
+    """Stretches of ``span``, each between two gaps of process time, as many as are looked at.
+
+    One is read at a time: months of every tag fit into no memory.
+    """
     d = plant.description
     found = history.read([PROCESS_TIME], span)[PROCESS_TIME]
     tags = sorted(set(d.variables) & set(history.tags()))
-    series = history.read(tags, span)
-    columns = {tag: _at(series[tag], found.time_us) for tag in tags}
     tick_s = d.timing.tick_s
-    for first, end in _stretches(found.value, tick_s):
+    for first, end in _evenly(tuple(_stretches(found.value, tick_s))):
+        times = found.time_us[first:end]
+        from_us = span.from_us if first < BEFORE_TICKS else int(found.time_us[first - BEFORE_TICKS])
+        read = history.read(tags, Span(from_us, int(times[-1]) + 1))
+        columns = {tag: _at(series, times) for tag, series in read.items()}
         kept = History(d.variables, plant.model.inputs, plant.twin.settle_rows, STRETCH_TICKS, tick_s)
-        for k in range(first, end):
+        for k, at_s in enumerate(found.value[first:end].tolist()):
             values = {tag: float(value[k]) for tag, (value, _) in columns.items()}
             bad = frozenset(tag for tag, (_, good) in columns.items() if not good[k])
-            kept.append(Snapshot(float(found.value[k]), values, bad))
+            kept.append(Snapshot(at_s, values, bad))
         yield kept.whole
 
 
@@ -147,15 +154,17 @@ def _stretches(process_s: Values, tick_s: float) -> Iterator[tuple[int, int]]:
 
 def _at(series: Series, time_us: NDArray[np.int64]) -> tuple[Values, NDArray[np.bool_]]:
     """The last value at each moment, and whether it may be used: NaN is what a manual output on automatic has."""
+    if not series.length:
+        return np.full(len(time_us), np.nan), np.zeros(len(time_us), dtype=bool)
     place = np.searchsorted(series.time_us, time_us, side="right") - 1
     latest = np.maximum(place, 0)
     good = (place >= 0) & (severity(series.quality[latest]) < 2)
     return series.value[latest], good
 
 
-def _evenly(windows: Sequence[Window]) -> Sequence[Window]:
-    chosen = np.unique(np.linspace(0, len(windows) - 1, min(len(windows), MOST)).astype(int)) if windows else ()
-    return [windows[int(k)] for k in chosen]
+def _evenly(stretches: Sequence[tuple[int, int]]) -> Sequence[tuple[int, int]]:
+    chosen = np.unique(np.linspace(0, len(stretches) - 1, min(len(stretches), MOST)).astype(int)) if stretches else ()
+    return [stretches[int(k)] for k in chosen]
 
 
 def _slope(at_s: Values, mean: Values) -> float:
