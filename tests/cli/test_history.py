@@ -139,6 +139,17 @@ def test_a_history_that_is_written_by_another_process_stops_no_run_half_way(tmp_
     assert not (tmp_path / "runs").exists()
 
 
+def test_another_tag_of_the_future_does_not_hide_the_last_hours_of_this_one(tmp_path: Path) -> None:
+    with EmbeddedStore(tmp_path / "h") as store:
+        store.append(batch(plain("T1", T0, 1.0), plain("RTC", T0 + 10**15, 2.0)))
+    done = homeostat("history", "show", "T1", "--store", "h", "--last", "1m", cwd=tmp_path)
+    assert done.status == 0 and told_time(T0) in done.out
+    done = homeostat("history", "export", "T1", "--store", "h", "--last", "1m", "--out", "x.csv", cwd=tmp_path)
+    assert ": 1 rows, 1 tag" in done.out
+    done = homeostat("history", "show", "T1", "RTC", "--store", "h", "--last", "1m", cwd=tmp_path)
+    assert told_time(T0 + 10**15) in done.out and told_time(T0) not in done.out
+
+
 def test_what_is_no_file_is_not_replaced_by_an_export(tmp_path: Path) -> None:
     with EmbeddedStore(tmp_path / "h") as store:
         store.append(batch(plain("T1", T0, 1.0)))

@@ -14,7 +14,8 @@ from homeostat.domain.diagnosis import FaultState, Hypothesis
 from homeostat.domain.events.guard import GuardStarted, QualityChanged, RequestAnswered, Stopped, ThinkingEnded
 from homeostat.domain.events.people import AlarmRaised, AlarmReturned, ModeEntered
 from homeostat.domain.events.recovery import Diagnosed
-from homeostat.journal import Event, Journal, Summary, read_events
+from homeostat.journal import Event, Journal, Setting, Summary, read_events
+from homeostat.service.attached.place import first_event
 from homeostat.service.report.facts import Facts, facts_of
 from homeostat.service.report.page import page
 from tests.cli.command import homeostat, refused
@@ -164,3 +165,14 @@ def test_a_run_that_goes_on_or_was_killed_lacks_nothing_that_is_known(run: Path,
     (run / "events.jsonl").write_bytes((run / "events.jsonl").read_bytes()[:-20])
     done = homeostat("report", "run", "--out", "page.html", cwd=tmp_path)
     assert (done.status, done.err) == (0, "")
+
+
+def test_a_folder_in_which_no_history_ever_began_is_none(tmp_path: Path) -> None:
+    with Journal(tmp_path / "live") as journal:
+        journal.record(first_event("cstr", (Setting("pace", 1.0),), "", ()), 0.0)
+    (tmp_path / "live.history").mkdir()
+    assert homeostat("report", "live", "--out", "r.html", cwd=tmp_path).status == 0
+    assert "There is no history" in (tmp_path / "r.html").read_text()
+    named = homeostat("report", "live", "--out", "n.html", "--history", "live.history", cwd=tmp_path)
+    refused(named, "'live.history' is no history")
+    assert not (tmp_path / "n.html").exists()

@@ -36,7 +36,7 @@ def show(options: argparse.Namespace) -> int:
     tags = tuple(dict.fromkeys(options.tags))
     begin, end = getattr(options, "from"), options.to
     last = "1h" if options.last is begin is end is None else options.last
-    span = read_span(last, begin, end, extent)
+    span = read_span(last, begin, end, extent if last is None else _known(history, tags, extent))
     step_us = _step(options, span)
     if step_us is None:
         _show_samples(history.read(tags, span), span, options.json)
@@ -49,8 +49,9 @@ def write(options: argparse.Namespace) -> int:
     """Write samples or minutes of the tags, or of all tags, to a file; 0."""
     out = writable(options.out, options.force)
     history = EmbeddedHistory(options.store)
-    span = read_span(options.last, getattr(options, "from"), options.to, _extent(history, options.store))
-    tags = tuple(dict.fromkeys(options.tags)) or history.tags()
+    extent, tags = _extent(history, options.store), tuple(dict.fromkeys(options.tags)) or history.tags()
+    known = extent if options.last is None or not options.tags else _known(history, tags, extent)
+    span = read_span(options.last, getattr(options, "from"), options.to, known)
     rows = export(history, tags, span, out, options.minutes)
     where = f"{len(tags)} {'tag' if len(tags) == 1 else 'tags'}, {told_time(span.from_us)} to {told_time(span.to_us)}"
     print(f"{printable(str(options.out))}: {rows} rows, {where}")
@@ -62,6 +63,12 @@ def _extent(history: HistoryReader, store: Path) -> Span:
     if extent is None:
         raise HistoryError(f"the history in {str(store)!r} has no samples yet")
     return extent
+
+
+def _known(history: HistoryReader, tags: Sequence[str], extent: Span) -> Span:
+    """``extent`` up to the latest sample of ``tags``: another one, whose clock is ahead, has some of the future."""
+    ends = [int(series.time_us[0]) + 1 for series in history.last(tags).values() if series.length]
+    return Span(extent.from_us, max(ends, default=extent.to_us))
 
 
 def _step(options: argparse.Namespace, span: Span) -> int | None:

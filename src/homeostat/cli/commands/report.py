@@ -12,6 +12,7 @@ from homeostat.cli.arguments import UsageError, writable
 from homeostat.cli.recorded_plant import plant_of_run
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.quotation import printable
+from homeostat.history.embedded.layout import MARK
 from homeostat.history.samples import Span
 from homeostat.history.store import HistoryReader
 from homeostat.journal import read_events
@@ -46,7 +47,7 @@ def carry_out(options: argparse.Namespace) -> int:
 def _followed(options: argparse.Namespace, run_dir: Path) -> Followed | None:
     """What the plant's twin makes of the history; None where there is none, which is an error only if it was named."""
     folder: Path = options.history or run_dir.resolve().with_name(run_dir.resolve().name + KEPT)
-    if options.history is None and not folder.is_dir():
+    if options.history is None and not (folder / MARK).is_file():  # a historian that never began leaves a folder
         return None
     started = begins(run_dir)
     if started is None:
