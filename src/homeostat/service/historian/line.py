@@ -20,6 +20,8 @@ from homeostat.service.shared import Shared
 
 AWAY_S: Final = 30.0
 """After so long without a historian that is an alarm, wall-clock [s]."""
+AGAIN_S: Final = 0.2
+"""Wait before a line that could let nobody in is tried again, wall-clock [s]."""
 ALARM: Final = "history"
 """Alarm of a history that is not kept."""
 LOST: Final = "history:lost"
@@ -102,6 +104,7 @@ class HistoryLine:
             try:
                 connection = Shared(self._listener.accept())
             except OSError:
+                time.sleep(AGAIN_S)  # too many files are open, perhaps
                 continue
             with self._changed:
                 self._connection = connection

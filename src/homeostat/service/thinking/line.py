@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import threading
+import time
 import zlib
 from collections import deque
 from collections.abc import Callable
@@ -30,6 +31,8 @@ MOST_NEW: Final = 600
 """Most observations that wait to be packed while thinking takes none; older ones are dropped."""
 MOST_ALARMS: Final = 20
 """Most alarms of thinking's that are passed on in a tick: the guard hears so many, and has its own to hear."""
+AGAIN_S: Final = 0.2
+"""Wait before a line that could let nobody in is tried again, wall-clock [s]."""
 ALARM: Final = "recovery:thinking"
 """Alarm of a plant without thinking."""
 
@@ -90,6 +93,7 @@ class ThinkingLine:
             try:
                 connection = Shared(self._listener.accept())
             except OSError:
+                time.sleep(AGAIN_S)  # too many files are open, perhaps
                 continue
             with contextlib.suppress(OSError):
                 connection.send(self._hello)
