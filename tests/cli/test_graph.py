@@ -163,6 +163,10 @@ def test_the_other_forms(tmp_path: Path) -> None:
     [
         ("SELECT ?x {", "at 1:"),
         ("ASK {\n?x ?y", "at 2:"),
+        (
+            "SELECT ?x { ?x a none:Tag }",
+            "a prefix is not declared there, which PREFIX NAME: <IRI> does; correct",
+        ),
         ("DROP ALL", "only SELECT"),
         ("INSERT DATA { <urn:a> <urn:b> 1 }", "only SELECT"),
         ("", "only SELECT"),
@@ -211,6 +215,18 @@ def test_every_format_says_the_same(tmp_path: Path) -> None:
     done = homeostat("graph", "export", "cstr", "--format", "jsonld", "--out", "plant.jsonld", cwd=tmp_path)
     assert (done.status, done.out, done.err) == (0, "", "")
     assert triples((tmp_path / "plant.jsonld").read_bytes(), RdfFormat.JSON_LD) == own
+
+
+def test_an_export_replaces_no_file_of_its_plant(tmp_path: Path) -> None:
+    assert homeostat("plant", "new", "./tanks", cwd=tmp_path).status == 0
+    (tmp_path / "link.csv").symlink_to("tanks/engineering/limits.csv")
+    homeostat("graph", "export", "./tanks", cwd=tmp_path)  # plant.ttl is made
+    before = {path: path.read_bytes() for path in (tmp_path / "tanks").rglob("*.*") if path.is_file()}
+    for out in ("tanks/plant.ttl", "tanks/engineering/limits.csv", "tanks/../tanks/case.toml", "link.csv"):
+        done = homeostat("graph", "export", "./tanks", "--out", out, cwd=tmp_path)
+        refused(done, f"'{out}' is a file of the plant 'tanks' and is not replaced; name another one")
+    assert before == {path: path.read_bytes() for path in before}
+    assert homeostat("graph", "export", "./tanks", "--out", "tanks/other.ttl", cwd=tmp_path).status == 0
 
 
 def test_an_export_that_cannot_be_written(tmp_path: Path) -> None:

@@ -83,3 +83,9 @@ def test_version(tmp_path: Path) -> None:
 @pytest.mark.parametrize("words", [(), ("rnu",), ("graph",), ("trace", "check"), ("run",), ("replay",)], ids=" ".join)
 def test_an_incomplete_command_is_refused(tmp_path: Path, words: tuple[str, ...]) -> None:
     refused(homeostat(*words, cwd=tmp_path), "--help")
+
+
+@pytest.mark.parametrize("command", ["run cstr", "history show T1 --store h", "cases"])
+def test_an_option_that_a_command_does_not_have_points_to_its_help(tmp_path: Path, command: str) -> None:
+    name = command.split(" T1")[0].removesuffix(" cstr")
+    refused(homeostat(*command.split(), "--fualt", cwd=tmp_path), f"--fualt; see 'homeostat {name} --help'")

@@ -43,6 +43,20 @@ def test_the_picture_goes_into_a_folder_that_is_there(tmp_path: Path) -> None:
     assert done.status == 2 and done.out == "" and "gone" in done.err
 
 
+def test_neither_picture_nor_signature_replaces_a_file_of_the_plant(tmp_path: Path) -> None:
+    folder = copy("cstr", tmp_path)
+    process, limits = folder / "process.py", folder / "engineering" / "limits.csv"
+    before = process.read_bytes(), limits.read_bytes()
+    done = homeostat("plant", "try", "./cstr", "--end", "20", "--out", "cstr/process.py", cwd=tmp_path)
+    assert done.status == 2 and "'cstr/process.py' is a file of the plant 'cstr' and is not replaced" in done.err
+    assert homeostat("plant", "keygen", "key", cwd=tmp_path).status == 0
+    told = ("plant", "sign", "./cstr", "--key", "key", "--person", "E", "--reason", "r", "--out")
+    done = homeostat(*told, "cstr/engineering/limits.csv", cwd=tmp_path)
+    assert done.status == 2 and "limits.csv' is a file of the plant 'cstr'" in done.err
+    assert before == (process.read_bytes(), limits.read_bytes())
+    assert homeostat(*told, "cstr/plant.sig", cwd=tmp_path).status == 0
+
+
 def test_a_plant_that_never_starts_is_not_well(tmp_path: Path) -> None:
     done = homeostat("plant", "try", "cstr", "--end", "100", "--out", "seen", cwd=tmp_path)
     assert (tmp_path / "seen.png").read_bytes().startswith(PNG)

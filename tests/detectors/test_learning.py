@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -123,6 +125,16 @@ def test_too_few_rows_are_refused_with_how_many_are_needed() -> None:
         Baseline.of([course(59)], detectors(("ewma",), 1), 0.05)
     with pytest.raises(DetectionError, match=r"cannot be told from 400 .* give 2000 rows, or allow at least 0.005"):
         Baseline.of([course(400)], detectors(("ewma",), 1), 0.001)
+
+
+@pytest.mark.parametrize(("rows", "share"), [(150, 0.01), (136, 0.01), (150, 0.013), (132, 0.0151), (100, 0.015)])
+def test_the_rate_and_the_rows_that_are_told_as_enough_are(rows: int, share: float) -> None:
+    with pytest.raises(DetectionError, match=r"cannot be told") as refused:
+        Baseline.of([course(rows)], detectors(("ewma",), 1), share)
+    told = re.search(r"give (\d+) rows, or allow at least ([\d.]+)", str(refused.value))
+    assert told is not None
+    Baseline.of([course(rows)], detectors(("ewma",), 1), float(told[2]))
+    Baseline.of([course(int(told[1]))], detectors(("ewma",), 1), share)
 
 
 def test_equal_rows_are_judged_equally() -> None:

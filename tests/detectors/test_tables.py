@@ -29,6 +29,11 @@ def test_whatever_separates_the_values(tmp_path: Path, separator: str) -> None:
     assert read.told(3) == "2026-11-25 13:00:03"
 
 
+def test_a_line_of_a_spreadsheet_says_what_separates_the_values(tmp_path: Path) -> None:
+    read = read_table(table(tmp_path / "t.csv", "sep=;\ntime;a, in l/s\n0;1,5\n1;2,5\n"))
+    assert read.signals == ("a, in l/s",) and read.values[:, 0].tolist() == [1.5, 2.5]
+
+
 def test_decimal_commas(tmp_path: Path) -> None:
     read = read_table(table(tmp_path / "t.csv", "t;a;b\n0;1,5;-2,25\n1;2,5;3\n"))
     assert read.values.tolist() == [[1.5, -2.25], [2.5, 3.0]]
@@ -69,7 +74,15 @@ def test_an_ignored_column_is_not_taken_for_the_times(tmp_path: Path) -> None:
 
 def test_times_with_an_offset_are_the_same_moments(tmp_path: Path) -> None:
     text = "time,a\n2026-01-01T10:00:00+02:00,1\n2026-01-01T08:00:30Z,2\n"
-    assert read_table(table(tmp_path / "t.csv", text)).times.tolist() == [0.0, 30.0]
+    read = read_table(table(tmp_path / "t.csv", text))
+    assert read.times.tolist() == [0.0, 30.0] and read.told(1) == "2026-01-01 08:00:30Z", "UTC, and said to be"
+    here = read_table(table(tmp_path / "u.csv", text.replace("+02:00", "").replace("Z", "").replace("T10", "T07")))
+    assert here.told(1) == "2026-01-01 08:00:30"
+
+
+def test_columns_without_a_name_may_be_ignored(tmp_path: Path) -> None:
+    read = read_table(table(tmp_path / "t.csv", ",time,a,\n0,0,1,9\n1,60,2,9\n"), ignored=("",))
+    assert read.signals == ("a",) and read.times.tolist() == [0.0, 60.0]
 
 
 def test_a_column_may_be_ignored_and_another_have_the_times(tmp_path: Path) -> None:
@@ -82,9 +95,14 @@ def test_a_column_may_be_ignored_and_another_have_the_times(tmp_path: Path) -> N
     ("text", "words"),
     [
         ("", "is empty; its first line must name the signals"),
-        ("a,b\n", "0 rows are no course of signals; at least 2"),
-        ("a,b\n1,2\n", "1 rows are no course"),
-        ("time,a\n0,1\n1\n", "is no table of signals: CSV parse error"),
+        ("a,b\n", "at least 2 rows are needed .* there are 0"),
+        ("a,b\n1,2\n", "at least 2 rows are needed .* there are 1"),
+        ("time,a\n0,1\n1\n", "row 2 has 1 cells, and the first line names 2: '1'; mend or cut out this row"),
+        ("time;a\n0;1\n1;2;3\n", "row 2 has 3 cells, and the first line names 2: '1;2;3'"),
+        ("sep=;\ntime;a\n0;1\n1;2;3\n", "row 2 has 3 cells, and the first line names 2: '1;2;3'"),
+        ("sep=;\n", "is empty"),
+        (",a\n0,1\n1,2\n", "column 1 has no name; give it one, or leave it out with --ignore ''"),
+        ("time,a,,\n0,1,2,3\n1,2,3,4\n", "column 3 has no name"),
         ("time,a,a\n0,1,2\n1,2,3\n", "the column 'a' is there 2 times"),
         ("time,a\n0,1\n1,pump\n", "'pump' in row 2 of 'a' is no number; leave the column out with --ignore 'a'"),
         ("0,1.5\n1,2.5\n2,3.5\n", "the first line has numbers; it must name the signals"),

@@ -83,6 +83,10 @@ def test_the_table_of_units_has_each_symbol_once_and_says_what_is_our_own() -> N
     assert all(kind.startswith("http://qudt.org/vocab/quantitykind/") for kind in kinds) and len(kinds) > 20
 
 
+def test_concentrations_by_mass_are_units_of_qudt() -> None:
+    assert {"g/L", "mg/L", "kg/m3"} <= known_units().keys()
+
+
 def test_units_follow_from_what_is_stated_and_are_not_stated() -> None:
     said = stated(PLANTS[0], MAPPED)
     assert not any(triple.predicate in QUDT for triple in said)

@@ -12,6 +12,7 @@ from homeostat.domain.cost import Cost, CostItem
 from homeostat.domain.events.deviations import Deviated, Strayed
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.events.recovery import (
+    Attempted,
     Compared,
     NoActionTaken,
     NotAsked,
@@ -108,11 +109,28 @@ def test_what_could_be_done_is_told_with_what_each_costs_and_why_it_may_not_be()
     )
 
 
-@pytest.mark.parametrize(("beside", "told"), [(False, ""), (True, " beside the fallback")])
+@pytest.mark.parametrize(("beside", "told"), [(False, ""), (True, " of doing worse than the fallback")])
 def test_how_safe_each_is_stands_in_the_list_and_is_never_rounded_down(beside: bool, told: str) -> None:
     known = replace(REDUCED, certificate=Certificate(64, 0, 0.04941, 0.95, beside))
     (line,) = Story(load_plant("cstr").description).tell(Compared("EUR", (known, LEAVE), "d1"), 930.0)
     assert f"reduced_load by search 10.2 EUR, risk at most 5.0 %{told}; leave alone 10.8 EUR (not adm" in str(line)
+
+
+@pytest.mark.parametrize(
+    ("criterion", "margin", "told"),
+    [
+        ("LIM-T-HIGH", -1.5, "approved, as the fallback does no better: worst margin -1.5 K (LIM-T-HIGH)"),
+        ("LIM-T-HIGH", 0.5, "approved, worst margin +0.5 K (LIM-T-HIGH)"),
+        ("ACC-T", -1.5, "approved, worst margin -1.5 K (ACC-T)"),
+    ],
+)
+def test_why_something_is_approved_that_violates_a_limit(criterion: str, margin: float, told: str) -> None:
+    finding = Finding(criterion, Owner.ACTION, margin, "K", 0.0, 0, "")
+    tried = Attempted(1, "search", ("normal", "holding"), (), "d1", True, (finding,), 4)
+    (line,) = Story(load_plant("cstr").description).tell(tried, 930.0)
+    assert str(line).endswith(told)
+    (refused,) = Story(load_plant("cstr").description).tell(replace(tried, approved=False), 930.0)
+    assert "refused because worst margin" in str(refused)
 
 
 @pytest.mark.parametrize("where", ["name", "refused", "proposer"])

@@ -2,7 +2,7 @@
 
 import argparse
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Final, NoReturn, final
 
@@ -26,6 +26,16 @@ def writable(path: Path, force: bool) -> Path:
     if path.exists() and not force:
         raise UsageError(f"{str(path)!r} is there already; --force replaces it")
     return path.resolve() if path.is_symlink() else path
+
+
+def apart(path: Path, folder: Path, names: Collection[str]) -> Path:
+    """``path``; UsageError where it is one of the files that a plant is made of: ``names`` in its ``folder``."""
+    for name in names:
+        if (folder / name).exists() and path.resolve() == (folder / name).resolve():
+            raise UsageError(
+                f"{str(path)!r} is a file of the plant {folder.name!r} and is not replaced; name another one"
+            )
+    return path
 
 
 @final

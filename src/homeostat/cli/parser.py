@@ -71,4 +71,4 @@ def _command(
         if either is not None and either not in groups:
             groups[either] = made.add_mutually_exclusive_group()
         groups.get(either, made).add_argument(*names, **given)
-    made.set_defaults(carry_out=entry["does"], **entry.get("defaults", {}))
+    made.set_defaults(command=made, carry_out=entry["does"], **entry.get("defaults", {}))

@@ -1,5 +1,6 @@
 """From fault-free rows to detectors with limits at a stated rate of false alarms."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, Self
@@ -155,11 +156,17 @@ def _judged(
     """For each detector its statistics of all judged fault-free rows."""
     count = sum(len(split.judged) - split.context for split in splits)
     if count * false_alarms < LEAST_ALARMS:
-        most, needed = LEAST_ALARMS / max(count, 1), round(LEAST_ALARMS / false_alarms)
+        needed, least_share = math.ceil(LEAST_ALARMS / false_alarms), _rounded_up(LEAST_ALARMS / max(count, 1))
         text = f"a rate of false alarms of {false_alarms:g} cannot be told from {count} fault-free rows"
-        raise DetectionError(f"{text}; give {needed} rows, or allow at least {most:.2g}")
+        raise DetectionError(f"{text}; give {needed} rows, or allow at least {least_share:.2g}")
     found = list(_each(splits, detectors, wander, least))
     return tuple(np.concatenate(values) for values in zip(*found, strict=True))
+
+
+def _rounded_up(share: float) -> float:
+    """``share`` with two digits, never less: what is told as enough has to be."""
+    unit = 10.0 ** (math.floor(math.log10(share)) - 1)
+    return math.ceil(share / unit - 1e-9) * unit
 
 
 def _each(

@@ -1,9 +1,10 @@
 """A table of signals from a file, CSV or Parquet; what is wrong with it is one line."""
 
+import contextlib
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 import pyarrow as pa
@@ -56,21 +57,49 @@ def _from_csv(path: Path) -> Any:
     except UnicodeDecodeError:
         raise DetectionError(f"{str(path)!r} is no text in UTF-8; save it as CSV in UTF-8, or as Parquet") from None
     lines = text.splitlines()
+    told = lines[0].strip().lower().removeprefix("sep=") if lines and lines[0].lower().startswith("sep=") else ""
+    skipped = 1 if told and told in SEPARATORS else 0  # a line of spreadsheets, which says the separator
+    lines = lines[skipped:]
     if not lines or not lines[0].strip():
         raise DetectionError(f"{str(path)!r} is empty; its first line must name the signals")
-    separator = max(SEPARATORS, key=lines[0].count)
+    separator = told if skipped else max(SEPARATORS, key=lines[0].count)
     sample = lines[1].split(separator) if len(lines) > 1 and separator != "," else []
     comma = any(cell.count(",") == 1 and cell.replace(",", "").strip(" -+").isdigit() for cell in sample)
-    return pa.csv.read_csv(
-        path,
-        parse_options=pa.csv.ParseOptions(delimiter=separator),
-        convert_options=pa.csv.ConvertOptions(decimal_point="," if comma else "."),
-    )
+    convert = pa.csv.ConvertOptions(decimal_point="," if comma else ".")
+    read, parse = pa.csv.ReadOptions(skip_rows=skipped), pa.csv.ParseOptions(delimiter=separator)
+    try:
+        return pa.csv.read_csv(path, read_options=read, parse_options=parse, convert_options=convert)
+    except pa.ArrowInvalid:
+        _refuse_ragged(path, separator, skipped)
+        raise
+
+
+def _refuse_ragged(path: Path, separator: str, skipped: int) -> None:
+    """DetectionError where a row has more or fewer cells than the first line; rows have numbers in one thread alone."""
+    ragged: list[Any] = []
+
+    def note(row: Any) -> Literal["skip"]:
+        ragged.append(row)
+        return "skip"
+
+    read = pa.csv.ReadOptions(use_threads=False, skip_rows=skipped)
+    with contextlib.suppress(pa.ArrowException):
+        parse = pa.csv.ParseOptions(delimiter=separator, invalid_row_handler=note)
+        pa.csv.read_csv(path, read_options=read, parse_options=parse)
+    if ragged:
+        row = ragged[0]
+        text = f"row {row.number - 1 - skipped} has {row.actual_columns} cells"
+        told = " ".join(row.text.split())
+        remedy = "mend or cut out this row, or the first line"
+        raise DetectionError(f"{path}: {text}, and the first line names {row.expected_columns}: {told!r:.60}; {remedy}")
 
 
 def _table(name: str, columns: Any, time: str | None, ignored: Sequence[str]) -> SignalTable:
     names = [str(n).strip() for n in columns.schema.names]
-    twice = next((n for n in names if names.count(n) > 1), None)
+    if "" in names and "" not in ignored:
+        place = names.index("") + 1
+        raise DetectionError(f"{name}: column {place} has no name; give it one, or leave it out with --ignore ''")
+    twice = next((n for n in names if n and names.count(n) > 1), None)
     if twice is not None:
         raise DetectionError(
             f"{name}: the column {twice!r} is there {names.count(twice)} times; each needs a name of its own"
@@ -80,7 +109,8 @@ def _table(name: str, columns: Any, time: str | None, ignored: Sequence[str]) ->
             f"{name}: the first line has numbers; it must name the signals, so put one with names above"
         )
     if columns.num_rows < 2:
-        raise DetectionError(f"{name}: {columns.num_rows} rows are no course of signals; at least 2 are needed")
+        text = f"{name}: at least 2 rows are needed for a course of signals"
+        raise DetectionError(f"{text}, and there are {columns.num_rows}; give it more")
     if time is not None and time not in names:
         raise DetectionError(f"{name}: there is no column {time!r} for the times; there are {_listed(names)}")
     if time is not None and time in ignored:
@@ -137,18 +167,18 @@ def _first_text(column: Any) -> tuple[int, str]:
 
 
 def _times(name: str, column_name: str, column: Any) -> tuple[Values, str]:
-    """Rising times from 0 [s] and the moment of 0; or the numbers as they are, with no moment."""
+    """Rising times from 0 [s] and the moment of 0, in UTC with a Z where zones are stated; or numbers and no moment."""
     if column.null_count:
         row = column.to_pylist().index(None)
         raise DetectionError(f"{name}: row {row + 1} of {column_name!r} has no time; complete it, or cut the row out")
     start = ""
     if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
-        column = pa.array(_moments(name, column_name, column.to_pylist()), pa.timestamp("us"))
+        column = _moments(name, column_name, column.to_pylist())
     if pa.types.is_date(column.type):
         column = column.cast(pa.timestamp("us"))
     if pa.types.is_timestamp(column.type):
         moments = np.asarray(column.cast(pa.timestamp("us", column.type.tz)).cast(pa.int64()).to_numpy())
-        start = str(np.datetime64(int(moments[0]), "us"))
+        start = str(np.datetime64(int(moments[0]), "us")) + ("Z" if column.type.tz else "")
         times: Values = (moments - moments[0]) / 1e6
     else:
         times = _numbers(name, column_name, column)
@@ -160,8 +190,10 @@ def _times(name: str, column_name: str, column: Any) -> tuple[Values, str]:
     return times, start
 
 
-def _moments(name: str, column_name: str, texts: Sequence[str]) -> list[datetime]:
+def _moments(name: str, column_name: str, texts: Sequence[str]) -> Any:
+    """Timestamps of ``texts``, in UTC where each has an offset."""
     found = []
+    zoned = True
     for row, text in enumerate(texts):
         try:
             moment = datetime.fromisoformat(text.strip())
@@ -170,8 +202,9 @@ def _moments(name: str, column_name: str, texts: Sequence[str]) -> list[datetime
             raise DetectionError(
                 f"{name}: {text!r:.60} in row {row + 1} of {column_name!r} is no time; {remedy}"
             ) from None
+        zoned = zoned and moment.tzinfo is not None
         found.append(moment.replace(tzinfo=None) - (moment.utcoffset() or moment - moment))
-    return found
+    return pa.array(found, pa.timestamp("us", "UTC" if zoned else None))
 
 
 def _listed(names: Sequence[str], most: int = 12) -> str:

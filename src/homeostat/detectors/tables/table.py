@@ -29,7 +29,7 @@ class SignalTable:
     values: Values
     """One column per signal in its unit, NaN where there is no value, shape (rows, signals)."""
     start: str = ""
-    """The moment of time 0 in ISO 8601; empty where the times are not of the calendar."""
+    """The moment of time 0 in ISO 8601, with a Z in UTC; empty where the times are not of the calendar."""
     time: str | None = ""
     """Name of the column that had the times; empty where they were in none, None where rows are counted."""
 
@@ -53,8 +53,9 @@ class SignalTable:
             return f"row {row + 1}"
         if not self.start:
             return f"{self.times[row]:g} s"
-        moment = np.datetime64(self.start, "ms") + np.timedelta64(round(self.times[row] * 1e3), "ms")
-        return str(moment).removesuffix(".000").replace("T", " ")
+        begin = self.start.removesuffix("Z")
+        moment = np.datetime64(begin, "ms") + np.timedelta64(round(self.times[row] * 1e3), "ms")
+        return str(moment).removesuffix(".000").replace("T", " ") + self.start[len(begin) :]
 
     def of(self, signals: Sequence[str]) -> Self:
         """The same with the columns ``signals``, in their order."""

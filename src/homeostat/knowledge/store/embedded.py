@@ -102,8 +102,15 @@ class EmbeddedStore:
         try:
             return action()
         except (SyntaxError, ValueError) as error:
-            message = f"store {self._place} rejected the {what}: {answers.one_line(error)}; correct the {what}"
+            told = _reason(answers.one_line(error))
+            message = f"store {self._place} rejected the {what}: {told}; correct the {what}"
             raise QueryRejected(message) from error.with_traceback(None)
         except (OSError, RuntimeError) as error:
             message = f"store {self._place} failed: {answers.one_line(error)}; check its folder and the disk"
             raise StoreUnavailable(message) from error.with_traceback(None)
+
+
+def _reason(error: str) -> str:
+    """What the parser says; of a prefix that is not declared it says everything else that might stand there."""
+    place, expected, _ = error.partition(": expected one of Prefix not found")
+    return f"{place}: a prefix is not declared there, which PREFIX NAME: <IRI> does" if expected else error

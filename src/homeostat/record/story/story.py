@@ -222,7 +222,10 @@ class Story:
         return Line(at_s, "armed", f"{text}; {event.deadline_s:.0f} s to find something better", tone)
 
     def _attempt(self, event: Attempted, at_s: float) -> Line:
-        verdict = "approved," if event.approved else "refused because"
+        hard = {limit.name for limit in self._plant.limits.hard}
+        beside = any(finding.margin < 0.0 and finding.criterion in hard for finding in event.findings)
+        approved = "approved, as the fallback does no better:" if beside else "approved,"
+        verdict = approved if event.approved else "refused because"
         way = lasting(event) or " > ".join(event.path)
         text = f"{event.number} by {who(event.proposer, event.polished)}, {way}"
         # A review's proposal is told in full only where it is released, and a wait commands nothing.

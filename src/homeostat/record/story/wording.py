@@ -90,7 +90,7 @@ def _alternative(alternative: Alternative, currency: str) -> str:
     if knowing:
         text = f"{text} with {knowing:.1f} {currency} taken off for knowing more"
     if (certificate := alternative.certificate) is not None:
-        text = f"{text}, risk at most {certificate.percent} %{' beside the fallback' * certificate.beside}"
+        text = f"{text}, risk at most {certificate.percent} %{' of doing worse than the fallback' * certificate.beside}"
     return text if alternative.admitted else f"{text} (not admitted: {alternative.refused})"
 
 

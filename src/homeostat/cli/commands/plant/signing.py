@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from homeostat.cli.arguments import UsageError
+from homeostat.cli.arguments import UsageError, apart
 from homeostat.journal.beside.files import write_whole
 from homeostat.journal.signing.keys import SigningKey, make_key, read_private, read_public
 from homeostat.plants.files.folder import SIGNATURE
@@ -32,7 +32,7 @@ def sign(options: argparse.Namespace) -> int:
     plant = load_plant(options.case)
     link = _mapping(options, plant)
     signature = signed(plant.name, plant.configuration, options.person, options.reason, key, link)
-    path = options.out or plant.files.folder / SIGNATURE
+    path = apart(options.out or plant.files.folder / SIGNATURE, plant.files.folder, plant.files.contents)
     write_whole(path, f"{signature.model_dump_json(indent=1)}\n".encode())
     over = "" if link is None else f", and the mapping {link}"
     print(f"{path}: {plant.name} {plant.configuration}{over} signed by {signature.person}")

@@ -4,7 +4,7 @@ import argparse
 import math
 from pathlib import Path
 
-from homeostat.cli.arguments import UsageError
+from homeostat.cli.arguments import UsageError, apart
 from homeostat.domain.quotation import printable
 from homeostat.evaluate.scenario import scenario
 from homeostat.evaluate.trial import Trial, try_out
@@ -21,6 +21,7 @@ def carry_out(options: argparse.Namespace) -> int:
     refuse_wrong_units(plant.name, plant.description, plant.model)
     chosen = scenario(plant, options.fault, options.seed, options.onset, options.severity, options.end)
     path = _picture(options.out, f"{plant.name}-{chosen.fault}-{chosen.seed}.png")
+    apart(path, plant.files.folder, plant.files.contents)
     try:
         tried = try_out(plant, chosen)
     except ProcessError as broke:
