@@ -17,9 +17,10 @@ from pyoxigraph import BlankNode, Literal, NamedNode, RdfFormat, Triple, parse
 from homeostat.knowledge.build import build as module
 from homeostat.knowledge.build import statements
 from homeostat.knowledge.build.build import build, main, refuse_difference, refuse_incomplete
-from homeostat.knowledge.build.provenance import MAPPING, is_sealed, sha256, stale_tables
+from homeostat.knowledge.build.provenance import MAPPING, is_sealed, namespace_of, sha256, stale_tables
 from homeostat.knowledge.build.statements import MAPPED, SCRATCH, stated
 from homeostat.knowledge.build.tables.schemas import EVERY, SCHEMAS
+from homeostat.knowledge.build.timing import timing_of
 from homeostat.knowledge.build.turtle import write_turtle
 from homeostat.knowledge.description.plant import read_plant
 from homeostat.knowledge.store.error import Code, GraphError
@@ -247,6 +248,32 @@ def test_the_command_writes_a_complete_graph_and_refuses_a_broken_one(
     assert not target.exists()
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and "[unknown-component] operators.csv row 2" in said
+
+
+def test_a_file_that_the_command_cannot_use_is_one_line(
+    bench: Workbench, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "made.nt").write_text("no triple\n")
+    for options in (
+        ("--out", str(tmp_path)),
+        ("--out", str(tmp_path / "none" / "plant.ttl")),
+        ("--triples", str(tmp_path / "none.nt")),
+        ("--triples", str(tmp_path / "made.nt")),
+        ("--whole", str(tmp_path / "made.nt")),
+    ):
+        assert main([str(bench.folder), *options]) == 1
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1 and str(tmp_path) in said
+
+
+@pytest.mark.parametrize("stated_there", ["deep = " + 5000 * "[" + 5000 * "]", "[time]\ntick_s = 1" + 400 * "0"])
+def test_settings_that_cannot_be_read_are_told_by_who_needs_them_and_end_no_build(
+    bench: Workbench, stated_there: str
+) -> None:
+    before = timing_of(bench.folder)
+    (bench.folder / "case.toml").write_text(stated_there)
+    assert timing_of(bench.folder).tick_s == before.tick_s
+    assert namespace_of(bench.folder) == f"urn:homeostat:{bench.folder.name}#"
 
 
 def test_a_complete_graph_passes_and_an_empty_one_has_no_plant(bench: Workbench) -> None:

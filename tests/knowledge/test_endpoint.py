@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
@@ -279,3 +280,57 @@ def test_the_two_products_differ_in_paths_only() -> None:
     root = "https://host/x/repositories/a%2Fb%20%C3%BC"
     assert graphdb.query_url == root and graphdb.update_url == graphdb.dataset_url == f"{root}/statements"
     assert graphdb.graph_url == f"{root}/rdf-graphs/service"
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "http://me:s3cret@127.0.0.1:1/query",
+        "http://:s3cret@127.0.0.1:1/query",
+        "http://127.0.0.1:99999999/query",
+        "http://127.0.0.1:x/query",
+        "http://[bad/query",
+        "http://h\x01st/query",
+        "http://127.0.0.1/\udc80",
+        "http://127.0.0.1/query#part",
+    ],
+)
+def test_an_address_that_is_none_is_refused_without_its_secret(address: str) -> None:
+    with pytest.raises(ValueError, match=r"must be http\(s\)://host\[:port\]/path and nothing more") as refused:
+        at([address] * 4)
+    assert "s3cret" not in str(refused.value)
+
+
+@pytest.mark.parametrize("authorization", ["Bearer s3cret\n", "Bearer s3cr\u00e9t", "Bearer s3cret\r\nHost: other"])
+def test_an_authorization_that_no_header_carries_is_refused_and_not_shown(authorization: str) -> None:
+    with pytest.raises(ValueError, match="authorization has a line break") as refused:
+        at(["http://127.0.0.1:1/query"] * 4, authorization)
+    assert "s3cr" not in str(refused.value)
+
+
+def test_half_a_character_is_refused_before_anything_is_sent() -> None:
+    store = at([f"http://127.0.0.1:{free_port()}/query"] * 4)
+    for ask in (lambda: store.select("SELECT * { ?s ?p '\udc80' }"), lambda: store.update("\udc80")):
+        with pytest.raises(QueryRejected, match="is no text that can be sent"):
+            ask()
+
+
+def test_a_name_server_that_says_nothing_holds_nobody_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked_up = threading.Event()
+
+    def silent(*_: object, **__: object) -> None:
+        looked_up.wait(10.0)
+        raise socket.gaierror(socket.EAI_AGAIN, "Temporary failure in name resolution")
+
+    monkeypatch.setattr(socket, "getaddrinfo", silent)
+    url = "http://store.plant.example/query"
+    begin = time.monotonic()
+    with pytest.raises(StoreUnavailable, match=r"did not answer within 0\.2 s"):
+        SparqlEndpoint(url, url, url, url, Transport(timeout_s=0.2)).ask("ASK {}")
+    assert time.monotonic() - begin < 5.0
+    looked_up.set()
+
+
+def test_where_a_redirect_leads_is_told_without_its_secret() -> None:
+    error = failure(send(307, "text/plain", b"", Location="http://me:s3cret@other.example/query"))
+    assert "other.example" in str(error) and "s3cret" not in str(error)

@@ -14,6 +14,7 @@ from typing import Final
 
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse
 
+from homeostat.journal.beside import files
 from homeostat.knowledge.build.derive import complete
 from homeostat.knowledge.build.provenance import namespace_of, seal, sources, timing
 from homeostat.knowledge.build.statements import MAPPED, stated, table_files
@@ -21,6 +22,7 @@ from homeostat.knowledge.build.turtle import write_turtle
 from homeostat.knowledge.checks.conformance import check_shapes
 from homeostat.knowledge.checks.units import unknown_units
 from homeostat.knowledge.description.plant import read_plant
+from homeostat.knowledge.store import answers
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.knowledge.store.error import Code, GraphError, Mistake, refuse
 from homeostat.knowledge.vocabulary.vocabulary import XSD, CPSMod
@@ -67,6 +69,14 @@ def refuse_incomplete(graph: bytes) -> None:
         read_plant(store, row.iri("plant"))
 
 
+def _made_by_a_processor(file: Path) -> frozenset[Triple]:
+    """The triples in ``file``; GraphError where it is no N-Triples, OSError as the file."""
+    try:
+        return frozenset(quad.triple for quad in parse(file.read_bytes(), format=RdfFormat.N_TRIPLES))
+    except (SyntaxError, ValueError) as error:
+        raise GraphError(Code.BAD_MAPPING, repr(str(file)), f"is no N-Triples: {answers.one_line(error)}") from error
+
+
 def _stored(graph: bytes) -> EmbeddedStore:
     store = EmbeddedStore()
     store.load(graph, RdfFormat.TURTLE)
@@ -96,7 +106,7 @@ def _readable(term: Literal) -> bool:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Command line; 0 when the graph was written, 1 with one line on standard error when a table is wrong."""
+    """Command line; 0 when the graph was written, 1 with one line on standard error when a table or a file is wrong."""
     parser = argparse.ArgumentParser(prog="python -m homeostat.knowledge.build", description=__doc__)
     parser.add_argument("folder", type=Path, help="a plant's folder, with its engineering tables")
     parser.add_argument("--triples", type=Path, help="N-Triples by an RML processor, to compare with")
@@ -111,14 +121,15 @@ def main(arguments: list[str] | None = None) -> int:
             return 0
         graph = build(options.folder)
         if options.triples:
-            refuse_difference(
-                options.folder, frozenset(q.triple for q in parse(path=options.triples, format=RdfFormat.N_TRIPLES))
-            )
+            refuse_difference(options.folder, _made_by_a_processor(options.triples))
         refuse_incomplete(graph)
         for line in unknown_units(_stored(graph)):
             print(f"{options.folder}: warning: {line}", file=sys.stderr)
+        files.write_whole(options.out or options.folder / GRAPH, graph)
     except GraphError as error:
         print(f"{options.folder}: {error}", file=sys.stderr)
         return 1
-    (options.out or options.folder / GRAPH).write_bytes(graph)
+    except OSError as error:
+        print(f"{options.folder}: {str(error.filename)!r} cannot be used: {error.strerror}", file=sys.stderr)
+        return 1
     return 0

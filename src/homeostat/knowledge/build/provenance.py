@@ -59,7 +59,7 @@ def namespace_of(folder: Path) -> str:
     """Where the plant's things live: where its settings say that its system is, or else after the folder's name."""
     try:
         system = str(tomllib.loads((folder / _SETTINGS).read_text("utf-8"))["system"])
-    except (OSError, ValueError, KeyError):  # whoever needs the settings says what is wrong with them
+    except (OSError, ValueError, KeyError, RecursionError):  # whoever needs the settings says what is wrong with them
         system = f"urn:homeostat:{quote(folder.resolve().name)}#system"
     return system.rpartition("#")[0] + "#"
 

@@ -1,6 +1,7 @@
 """A plant's own time: its tick as the settings state it, and how fast it is by the reset times of its loops."""
 
 import math
+import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,7 +23,7 @@ def timing_of(folder: Path) -> Timing:
     """
     try:
         table = tomllib.loads((folder / _SETTINGS).read_text("utf-8")).get("time")
-    except (OSError, ValueError):  # whoever needs the settings says what is wrong with them
+    except (OSError, ValueError, RecursionError):  # whoever needs the settings says what is wrong with them
         table = None
     stated = table if isinstance(table, dict) else {}
     tick_s = _positive(stated.get("tick_s")) or TICK_S
@@ -45,7 +46,7 @@ def _resets_s(folder: Path) -> Iterator[float]:
 def _positive(value: object) -> float | None:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
-    return float(value) if 0.0 < value < math.inf else None
+    return float(value) if 0.0 < value <= sys.float_info.max else None  # an integer may be beyond any float
 
 
 def _number(cell: str) -> float | None:

@@ -101,7 +101,7 @@ class EmbeddedStore:
         # Without their tracebacks, which would hold frames of a query: see homeostat.knowledge.store.answers.
         try:
             return action()
-        except (SyntaxError, ValueError) as error:
+        except (SyntaxError, ValueError, MemoryError) as error:  # the last one: a value is longer than is read
             told = _reason(answers.one_line(error))
             message = f"store {self._place} rejected the {what}: {told}; correct the {what}"
             raise QueryRejected(message) from error.with_traceback(None)

@@ -5,7 +5,7 @@ Every exchange is bounded in time and size and never leaves the host that it was
 
 import asyncio
 import ssl
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Final, Self
@@ -18,6 +18,8 @@ from homeostat.knowledge.store import answers
 from homeostat.knowledge.store.store import QueryRejected, Solution, StoreUnavailable, check_target
 
 _MOST_REDIRECTS: Final = 3
+_GRACE_S: Final = 0.5
+"""Time beyond the limit in which an exchange ends by itself, and says why, before it is left behind [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,13 +48,14 @@ class Transport:
 
         Raises StoreUnavailable where no complete reply came in time, it was too long, or it pointed to another host.
         """
-        # What is packed has no limit that could be seen beforehand, so nothing packed is asked for or unpacked.
-        request = httpx2.Request(method, url, headers={**headers, "Accept-Encoding": "identity"}, content=body)
         # Only an event loop can end a wait by the clock: a blocking read has all its time again with every byte that
-        # drips in. It gets a thread of its own, because whoever asks may be in a loop already.
+        # drips in. It gets a thread of its own, because whoever asks may be in a loop already; that is left behind
+        # where it does not end, as nothing can end a name server's lookup.
+        aside = ThreadPoolExecutor(1)
         try:
-            with ThreadPoolExecutor(1) as aside:
-                return aside.submit(asyncio.run, self._follow(request)).result()
+            # What is packed has no limit that could be seen beforehand, so nothing packed is asked for or unpacked.
+            request = httpx2.Request(method, url, headers={**headers, "Accept-Encoding": "identity"}, content=body)
+            return aside.submit(asyncio.run, self._follow(request)).result(self.timeout_s + _GRACE_S)
         except TimeoutError as error:
             raise StoreUnavailable(
                 f"store at {plain(url)} did not answer within {self.timeout_s:g} s; "
@@ -63,6 +66,8 @@ class Transport:
                 f"store at {plain(url)} cannot be reached: {error or type(error).__name__}; "
                 "check that the server runs and that the address is right"
             ) from error
+        finally:
+            aside.shutdown(wait=False)
 
     async def _follow(self, request: httpx2.Request) -> Reply:
         verify = ssl.create_default_context() if request.url.scheme == "https" else False
@@ -100,8 +105,9 @@ class Transport:
 
 
 def plain(url: str) -> str:
-    """An address fit for messages: without query."""
-    return urlsplit(url)._replace(query="", fragment="").geturl()
+    """An address fit for messages: without query, and without a user name and a password."""
+    parts = urlsplit(url)
+    return parts._replace(netloc=parts.netloc.rpartition("@")[2], query="", fragment="").geturl()
 
 
 def _origin(url: httpx2.URL) -> tuple[str, str, int | None]:
@@ -137,11 +143,14 @@ class SparqlEndpoint:
     """Value of the Authorization header; None sends none."""
 
     def __post_init__(self) -> None:
-        """Refuse an address that is more than scheme, host, port and path."""
+        """Refuse an address that is more than scheme, host, port and path, and what no header can carry."""
         for url in (self.query_url, self.update_url, self.graph_url, self.dataset_url):
-            parts = urlsplit(url)
-            if parts.scheme not in ("http", "https") or not parts.hostname or parts.username or parts.query:
-                raise ValueError(f"address {url!r} must be http(s)://host[:port]/path and nothing more")
+            if not _is_place(url):
+                told = "an address with a user name or a password" if "@" in url else f"address {url!r}"  # no secrets
+                raise ValueError(f"{told} must be http(s)://host[:port]/path and nothing more")
+        sent = self.authorization
+        if sent is not None and not (sent.isascii() and sent.isprintable()):
+            raise ValueError("authorization has a line break, or a sign that no header can carry; leave it out")
 
     @classmethod
     def oxigraph(cls, base_url: str, timeout_s: float = 30.0) -> Self:
@@ -172,7 +181,7 @@ class SparqlEndpoint:
         reply = self._query(query, _TRIPLES, "CONSTRUCT or DESCRIBE")
         try:
             return answers.graph(quad.triple for quad in parse(reply.body, format=RdfFormat.N_TRIPLES))
-        except (SyntaxError, ValueError) as error:
+        except (SyntaxError, ValueError, MemoryError) as error:
             raise self._garbled(error) from error.with_traceback(None)
 
     def ask(self, query: str) -> bool:
@@ -184,7 +193,7 @@ class SparqlEndpoint:
 
     def update(self, text: str) -> None:
         """Carry a SPARQL update out."""
-        self._send("POST", self.update_url, "update", {"Content-Type": _FORM}, urlencode({"update": text}))
+        self._send("POST", self.update_url, "update", {"Content-Type": _FORM}, _form([("update", text)]))
 
     def load(self, data: bytes, format: RdfFormat, graph: NamedNode | None = None) -> None:
         """Add what ``data`` says."""
@@ -208,14 +217,14 @@ class SparqlEndpoint:
         reply = self._query(query, _RESULTS, form)
         try:
             return answers.results(reply.body)
-        except (SyntaxError, ValueError) as error:
+        except (SyntaxError, ValueError, MemoryError) as error:
             # The traceback would hold the answer, which must be let go of in the thread that got it.
             raise self._garbled(error) from error.with_traceback(None)
 
     def _query(self, query: str, accept: str, form: str) -> Reply:
         fields = [("query", query), *(("default-graph-uri", graph.value) for graph in self.default_graphs)]
         headers = {"Content-Type": _FORM, "Accept": accept}
-        reply = self._send("POST", self.query_url, "query", headers, urlencode(fields))
+        reply = self._send("POST", self.query_url, "query", headers, _form(fields))
         if reply.media_type == accept:
             return reply
         if reply.media_type in _ANSWERS:
@@ -248,3 +257,23 @@ class SparqlEndpoint:
 
 def _other_form(came: str, form: str, query: str) -> QueryRejected:
     return QueryRejected(f"{came} came where {form} is needed: {answers.one_line(query, 80)}")
+
+
+def _is_place(url: str) -> bool:
+    """Whether ``url`` is scheme, host, port and path, as whoever connects understands them, and nothing more."""
+    try:
+        parts, port = urlsplit(url), httpx2.URL(url).port
+    except (ValueError, httpx2.InvalidURL):
+        return False
+    known = parts.scheme in ("http", "https") and bool(parts.hostname) and (port is None or 0 < port < 65_536)
+    return known and not ("@" in parts.netloc or parts.query or parts.fragment)
+
+
+def _form(fields: Iterable[tuple[str, str]]) -> str:
+    """``fields`` as a form; QueryRejected where one has half a character, which nothing can be sent as."""
+    named = tuple(fields)
+    try:
+        return urlencode(named)
+    except UnicodeEncodeError as error:
+        what = named[0][0]
+        raise QueryRejected(f"the {what} is no text that can be sent: {error}; correct the {what}") from None
