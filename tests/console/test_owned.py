@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
-from homeostat.console.people.owned import NotOwned, mapping
+from homeostat.console.people.owned import NotOwned, changing, mapping, replace
 
 
 def kept(tmp_path: Path, content: bytes, mode: int = 0o600) -> Path:
@@ -21,7 +22,7 @@ def test_what_is_kept_is_read_and_no_file_keeps_nothing(tmp_path: Path) -> None:
     assert mapping(tmp_path / "none", int, "which") == {}
 
 
-@pytest.mark.parametrize("content", [b"[]", b'{"Ada": "3"}', b'{"Ada": 3', b"\xff", b"", b"null"])
+@pytest.mark.parametrize("content", [b"[]", b'{"Ada": "3"}', b'{"Ada": 3', b"\xff", b"", b"null", 5000 * b"["])
 def test_what_says_something_else_is_refused_with_what_it_should_say(tmp_path: Path, content: bytes) -> None:
     with pytest.raises(NotOwned, match=r"kept. does not say which codes were used; remove it$"):
         mapping(kept(tmp_path, content), int, "which codes were used; remove it")
@@ -36,3 +37,16 @@ def test_what_others_may_use_is_refused(tmp_path: Path, link: bool) -> None:
     with pytest.raises(NotOwned) as refused:
         mapping(path, int, "which")
     assert "\n" not in str(refused.value) and path.name in str(refused.value)
+
+
+def test_what_a_killed_process_left_is_in_nobodys_way(tmp_path: Path) -> None:
+    """In a container the next process has the same number."""
+    path, target = kept(tmp_path, b'{"Ada": 1}'), tmp_path / "target"
+    target.write_bytes(b"of somebody else")
+    left = tmp_path / f".kept.{os.getpid()}.partial"
+    for leave in (lambda: left.write_bytes(b'{"Ada'), lambda: left.symlink_to(target)):
+        leave()
+        with changing(path):
+            replace(path, b'{"Ada": 2}')
+        assert mapping(path, int, "which") == {"Ada": 2} and not left.exists()
+    assert target.read_bytes() == b"of somebody else"

@@ -133,3 +133,13 @@ def test_names_are_kept_for_people_and_for_their_owner_alone(tmp_path: Path) -> 
     path.write_text("[]")
     with pytest.raises(SignOnError, match="does not say"):
         names.known()
+
+
+@pytest.mark.parametrize("said", ["title = ", "title = " + 5000 * "9", "title = " + 5000 * "[" + 5000 * "]"])
+def test_settings_that_are_no_toml_are_refused_in_one_line(tmp_path: Path, said: str) -> None:
+    path = tmp_path / "sign-on.toml"
+    path.touch(0o600)
+    path.write_text(said)
+    with pytest.raises(SignOnError, match="is no TOML") as refused:
+        read_settings(path)
+    assert "\n" not in str(refused.value)

@@ -180,6 +180,8 @@ def test_on_a_full_disk_the_oldest_samples_go_and_alarms_stay(tmp_path: Path) ->
         ("raw_days = -1", "raw_days = -1 must be a number from 0.0416667 to 36500 d"),
         ("sync_s = true", "sync_s = True must be a number from 0.01 to 60 s"),
         ("raw_days = = 3", "is no TOML"),
+        ("raw_days = " + 5000 * "9", "is no TOML"),
+        ("raw_days = " + 5000 * "[" + 5000 * "]", "is no TOML"),
     ],
 )
 def test_settings_that_are_wrong_are_refused_in_one_line(tmp_path: Path, text: str, words: str) -> None:

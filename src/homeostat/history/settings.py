@@ -52,7 +52,7 @@ def read_settings(folder: Path) -> HistorySettings:
         given = tomllib.loads(path.read_text("utf-8"))
     except FileNotFoundError:
         return HistorySettings()
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, a number of thousands of digits
         raise HistoryError(f"{str(path)!r} is no TOML: {error}") from None
     known = [field.name for field in fields(HistorySettings)]
     for name in given:

@@ -44,7 +44,7 @@ def mapping(path: Path, kind: type[_T], says: str) -> dict[str, _T]:
         raise
     except OSError as error:
         raise NotOwned(str(error)) from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise NotOwned(f"{str(path)!r} does not say {says}") from error
     if not isinstance(found, dict) or not all(isinstance(value, kind) for value in found.values()):
         raise NotOwned(f"{str(path)!r} does not say {says}")
@@ -63,8 +63,12 @@ def changing(path: Path) -> Iterator[None]:
 
 
 def replace(path: Path, content: bytes) -> None:
-    """Write ``content`` to ``path`` for its owner alone, all of it or nothing; OSError where that cannot be done."""
+    """Write ``content`` to ``path`` for its owner alone, all of it or nothing; OSError where that cannot be done.
+
+    Nobody else changes it meanwhile: it is called within :func:`changing`.
+    """
     fresh = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    fresh.unlink(missing_ok=True)  # of a process that was killed over it; in a container the next one has its number
     descriptor = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o600)
     try:
         with os.fdopen(descriptor, "wb") as file:

@@ -98,9 +98,7 @@ class SignOnSettings(BaseModel):
 def read_settings(path: Path) -> tuple[SignOnSettings, str]:
     """The settings in ``path``, and the client's secret; SignOnError where they cannot be used."""
     try:
-        settings = SignOnSettings.model_validate(tomllib.loads(_owned(path)))
-    except tomllib.TOMLDecodeError as error:
-        raise SignOnError(f"{str(path)!r} is no TOML: {error}") from error
+        settings = SignOnSettings.model_validate(_stated(path))
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         raise SignOnError(f"{str(path)!r}: {'.'.join(map(str, first['loc']))}: {first['msg']}") from None
@@ -123,6 +121,14 @@ def secure(url: str) -> str:
     if not parts.hostname or parts.username or parts.password or parts.query or parts.fragment:
         raise ValueError(f"{url[:80]!r} must have a host, and neither user, query nor fragment")
     return url
+
+
+def _stated(path: Path) -> dict[str, Any]:
+    text = _owned(path)
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits is no error of the format
+        raise SignOnError(f"{str(path)!r} is no TOML: {error}") from error
 
 
 def _owned(path: Path) -> str:
