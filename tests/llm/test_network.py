@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from homeostat.llm.model import Failure, ModelError
-from homeostat.llm.network import MOST_BYTES, AddressPolicy, GuardedTransport, on_this_machine
+from homeostat.llm.network import MOST_BYTES, MOST_OF_ERROR, AddressPolicy, GuardedTransport, on_this_machine
 from tests.llm.replying import replying
 
 LOCAL, ANYWHERE = AddressPolicy(local_only=True), AddressPolicy()
@@ -215,3 +215,12 @@ def test_nothing_is_told_about_this_machine() -> None:
     (received,) = server.received
     assert received["user-agent"] == "homeostat" and received["authorization"] == "Bearer own"
     assert set(received) <= {"host", "accept", "accept-encoding", "connection", "user-agent", "authorization"}
+
+
+@pytest.mark.parametrize("status", [400, 429, 503])
+def test_of_an_error_the_beginning_is_read_and_its_status_is_told(status: int) -> None:
+    with replying(status, body=b"x" * (MOST_BYTES + 1)) as server:
+        reply = get(server.url, LOCAL)
+    assert (reply.status_code, len(reply.content)) == (status, MOST_OF_ERROR)
+    with replying(status, body=b"not now") as server:
+        assert get(server.url, LOCAL).content == b"not now"

@@ -113,6 +113,13 @@ def test_headers_that_are_in_the_environment_go_nowhere(monkeypatch: pytest.Monk
         assert not [name for name, value in received.items() if "corporate" in value or "another" in value]
 
 
+def test_an_error_of_a_megabyte_is_told_by_its_status_and_asked_again() -> None:
+    with replying(503, body=1_000_001 * b"x") as server:
+        outcome = ask(retrying(f"{server.url}/v1#m"), LONG_S)
+    assert outcome.failure is Failure.SERVER_ERROR and outcome.error is not None
+    assert outcome.error.requests == MOST_REQUESTS
+
+
 @pytest.mark.parametrize("behaviour", sorted(REDIRECTED))
 @pytest.mark.parametrize("policy", [AddressPolicy(), AddressPolicy(local_only=True)], ids=["anywhere", "local only"])
 def test_a_redirection_is_not_followed(server: str, behaviour: str, policy: AddressPolicy) -> None:

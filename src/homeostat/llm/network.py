@@ -18,6 +18,8 @@ ACCOUNT = frozenset({"openai-organization", "openai-project"})
 """Headers that are sent to OpenAI only."""
 MOST_BYTES = 1_000_000
 """Longest response that is read [bytes]; an answer has a few hundred."""
+MOST_OF_ERROR = 20_000
+"""How much of an error is read [bytes]; people are shown a line of it, and looking for keys in more takes seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +95,7 @@ class GuardedTransport(httpx2.AsyncBaseTransport):
             await response.aclose()
             raise ModelError(Failure.MALFORMED, "the response is packed though that was ruled out")
         assert isinstance(response.stream, httpx2.AsyncByteStream)
-        response.stream = _Bounded(response.stream)
+        response.stream = _Begun(response.stream) if response.is_error else _Bounded(response.stream)
         return response
 
     async def aclose(self) -> None:
@@ -131,3 +133,15 @@ class _Bounded(httpx2.AsyncByteStream):
 
     async def aclose(self) -> None:
         await self._stream.aclose()
+
+
+class _Begun(_Bounded):
+    """The beginning of a response body: an error is told by its status, however much a proxy has to say about it."""
+
+    async def __aiter__(self) -> AsyncIterator[bytes]:
+        left = MOST_OF_ERROR
+        async for chunk in self._stream:
+            yield chunk[:left]
+            left -= len(chunk)
+            if left <= 0:
+                return
