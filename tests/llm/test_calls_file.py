@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import string
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -179,3 +181,22 @@ def test_a_damaged_line_is_read_or_named(
         assert repr(str(path)) in str(error) and "\n" not in str(error)
     else:
         assert len(calls) <= 1
+
+
+def test_a_pipe_that_nobody_reads_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    ended = threading.Event()
+
+    def add() -> None:
+        with pytest.raises(OSError, match="No such device"):
+            append_call(tmp_path / "pipe", CALL)
+        ended.set()
+
+    threading.Thread(target=add, daemon=True).start()
+    assert ended.wait(10.0)
+    reader = os.open(tmp_path / "pipe", os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        append_call(tmp_path / "pipe", CALL)
+        assert os.read(reader, 65_536).decode() == f"{CALL.to_json()}\n"
+    finally:
+        os.close(reader)

@@ -7,6 +7,7 @@ none), ``failure`` (name of the failure, null where there is none), ``detail``, 
 """
 
 import json
+import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -64,9 +65,14 @@ class Call:
 
 
 def append_call(path: Path, call: Call) -> None:
-    """Add ``call`` to the file at ``path``; OSError where it cannot be written."""
-    with path.open("a", encoding="utf-8") as file:
+    """Add ``call`` to the file at ``path``; OSError where it cannot be written, or is a pipe that nobody reads now."""
+    with open(path, "a", encoding="utf-8", opener=_at_once) as file:
         file.write(f"{call.to_json()}\n")
+
+
+def _at_once(path: str, flags: int) -> int:
+    """Opens a file as `open` does, but does not wait for whoever reads a pipe: who thinks has no time for that."""
+    return os.open(path, flags | os.O_NONBLOCK, 0o666)
 
 
 def read_calls(path: Path) -> tuple[Call, ...]:
