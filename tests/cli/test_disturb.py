@@ -56,7 +56,7 @@ def test_equal_seeds_disturb_equally(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        (("--disturb", "nonsense"), "disturbance 'nonsense' says none; say NAME + 10"),
+        (("--disturb", "nonsense"), "disturbance 'nonsense' cannot be understood; say NAME + 10"),
         (("--disturb", "T_coolnt + 3"), "no parameter or commanded tag 'T_coolnt'; did you mean 'T_coolant'"),
         (("--disturb", "T_coolant + 3 from 900"), "must begin in the run, 0 s to 900 s; choose an earlier begin"),
         (("--disturb", "UA * 0.5 every 1"), "acts at no whole second of the run"),

@@ -47,8 +47,12 @@ def test_a_fault_with_several_places_is_named_with_its_place() -> None:
     [
         ("clogging", "B209", r"'clogging' has no location 'B209'; it can be at B201, B202, B203, common, main"),
         ("pump_degradation", "P101", r"'pump_degradation' has no location 'P101'; it has only one place"),
-        ("none", "B202", r"location 'B202' needs exactly one fault, 'none' is named"),
-        ("clogging+leakage", "main", r"location 'main' needs exactly one fault, 'clogging\+leakage' is named"),
+        ("none", "B202", r"location 'B202' needs exactly one fault, and none is named; name it"),
+        (
+            "clogging+leakage",
+            "main",
+            r"location 'main' needs exactly one fault, and 2 are named, clogging\+leakage; name one",
+        ),
     ],
 )
 def test_a_place_that_there_is_not_is_refused(fault: str, location: str, message: str) -> None:

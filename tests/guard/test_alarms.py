@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from homeostat.domain.alarm import Alarm, Priority
 from homeostat.domain.events.people import AlarmAcknowledged, AlarmRaised, AlarmReturned
 from homeostat.domain.observation import Settled, Trouble
-from homeostat.guard.watch.alarms import Alarms, Troubles
+from homeostat.guard.watch.alarms import LISTED, Alarms, Troubles
 
 HIGH, LOW = Priority.HIGH, Priority.LOW
 
@@ -61,6 +63,21 @@ def test_a_trouble_is_as_urgent_as_it_says_and_high_where_it_says_nothing_that_c
     troubles.begin(Trouble("recovery:b", "broken"), 2.0)
     troubles.begin(Trouble("recovery:c", "forged", "none at all"), 3.0)  # type: ignore[arg-type]
     assert [event.priority for event, _ in noted] == [LOW, HIGH, HIGH]
+
+
+def test_troubles_under_ever_new_names_do_not_fill_the_list_for_ever() -> None:
+    listed, _ = alarms()
+    troubles = Troubles(listed)
+    for n in range(LISTED):
+        troubles.begin(Trouble(f"recovery:{n}", "over at once"), float(n))
+        troubles.end(Settled(f"recovery:{n}"), float(n))
+    with pytest.raises(ValueError, match="nobody has acknowledged"):
+        troubles.begin(Trouble("recovery:new", "one more"), 1e3)
+    troubles.begin(Trouble("recovery:7", "again"), 1e3)
+    assert listed.lasts("recovery:7") and len(listed.standing) == LISTED
+    assert listed.acknowledge("recovery:8", "Ada", 1e3)
+    troubles.begin(Trouble("recovery:new", "one more"), 1e3)
+    assert listed.lasts("recovery:new")
 
 
 def test_a_trouble_that_becomes_urgent_is_raised_anew_once_it_was_settled() -> None:

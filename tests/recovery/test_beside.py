@@ -49,6 +49,19 @@ def test_what_never_ends_takes_a_few_threads_and_no_more_however_often_it_is_beg
     assert asked.result(WAIT_S) == 3, "it is done as soon as a thread is free"
 
 
+def test_a_moment_without_room_for_a_thread_takes_no_place_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(thread: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    executor = DaemonExecutor()
+    with monkeypatch.context() as crowded:
+        crowded.setattr(threading.Thread, "start", full)
+        for _ in range(MOST):
+            with pytest.raises(RuntimeError, match="can't start new thread"):
+                executor.submit(sum, (1, 2))
+    assert executor.submit(sum, (1, 2)).result(WAIT_S) == 3
+
+
 def test_what_waits_is_done_in_its_turn_and_by_no_more_threads() -> None:
     executor, release = DaemonExecutor(), threading.Event()
     done: list[tuple[int, str]] = []

@@ -95,7 +95,7 @@ class Disturbance:
             raise DisturbanceError(f"disturbance {text!r} is no text; {USAGE}")
         found = _TEXT.fullmatch(text)
         if found is None:
-            raise DisturbanceError(f"disturbance {text!r} says none; {USAGE}")
+            raise DisturbanceError(f"disturbance {text!r} cannot be understood; {USAGE}")
         times: dict[str, float] = {}
         for word, number, longest in _WHEN.findall(found["when"]):
             if word in times:

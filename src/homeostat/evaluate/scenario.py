@@ -124,7 +124,7 @@ def scenario(
         remedy = "choose an earlier onset, or a later end" if onset >= end else "choose an onset from 0 s on"
         raise ScenarioError(f"onset {onset:g} s must lie in the run, 0 s to {end:g} s; {remedy}")
     if severity is not None and len(names) != 1:
-        raise ScenarioError(f"severity {severity:g} needs exactly one fault, {fault!r} names {len(names)}")
+        raise ScenarioError(f"severity {severity:g} needs exactly one fault, and {_named(names)}")
     states = []
     for name in names:
         try:
@@ -204,10 +204,17 @@ def _check_numbers(given: Mapping[str, object], seed: object) -> None:
         raise ScenarioError(f"seed {seed!r} must be a whole number")
 
 
+def _named(names: Sequence[str]) -> str:
+    """What is named in place of one fault, and the remedy."""
+    if not names:
+        return "none is named; name it"
+    return f"{len(names)} are named, {'+'.join(names)}; name one of them"
+
+
 def _located(plant: Plant, names: Sequence[str], location: str) -> str:
     """The fault that is called ``name_location``."""
     if len(names) != 1:
-        raise ScenarioError(f"location {location!r} needs exactly one fault, {'+'.join(names) or 'none'!r} is named")
+        raise ScenarioError(f"location {location!r} needs exactly one fault, and {_named(names)}")
     name = f"{names[0]}_{location}"
     places = [
         f.name.removeprefix(names[0] + "_") for f in plant.description.faults if f.name.startswith(names[0] + "_")

@@ -26,9 +26,9 @@ def listed(names: str, *more: str) -> str:
 BAD = [
     ("no TOML", "title = 'Bad' x", ("no TOML", "line 1")),
     ("a number without end", f"seeds = {'9' * 5000}", ("no TOML", "digits")),
-    ("nothing", "", ("title: Field required; and 1 more",)),
+    ("nothing", "", ("title: missing; state it; and 1 more",)),
     ("no scenario", "scenarios = []", ("scenarios", "at least 1 item")),
-    ("a scenario without a plant", "[[scenarios]]\nname = 'x'", ("scenario 1, case: Field required",)),
+    ("a scenario without a plant", "[[scenarios]]\nname = 'x'", ("scenario 1, case: missing; state it",)),
     ("an unknown key", f"sedes = 3\n{CSTR}", ("sedes: there is no such key; did you mean 'seeds'", "keep")),
     ("an unknown key of a scenario", f"{CSTR}{LEAK}onset = 3.0", ("scenario 2, onset", "did you mean 'onset_s'")),
     ("an unknown key of a proposer", f"proposers = [{{ who = 'search', nmae = 'a' }}]\n{CSTR}",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import pickle
 import threading
 import time
@@ -113,6 +114,16 @@ def test_what_the_counter_has_skipped_is_missed() -> None:
         board.put({COUNTER: said(count), TIME: said(float(count)), LEVEL: said(float(count))})
     found = [source.advance(), source.advance()]
     assert [seen and seen.values["L"] for seen in found] == [2.0, 9.0] and source.missed == 6
+
+
+@pytest.mark.parametrize("odd", [math.nan, math.inf, -math.inf])
+def test_a_counter_without_a_number_loses_no_sample(odd: float) -> None:
+    board = Board(COUNTER)
+    source = reader(board, mapping({"counter": COUNTER, "time": TIME}))
+    for at, count in enumerate((1.0, 2.0, odd, 4.0, 5.0)):
+        board.put({COUNTER: said(count), TIME: said(float(at)), LEVEL: said(float(at))})
+    found = [source.advance() for _ in range(4)]
+    assert [seen and seen.values["L"] for seen in found] == [1.0, 2.0, 3.0, 4.0] and source.missed == 0
 
 
 def test_samples_that_came_together_are_kept_with_their_own_times_and_status() -> None:

@@ -39,6 +39,9 @@ def changed(path: str, value: object) -> dict[str, Any]:
     [
         ("connection/url", "http://127.0.0.1", "connection.url"),
         ("connection/url", "opc.tcp://me:secret@host:4840/", "connection.url"),
+        ("connection/url", "opc.tcp://[bad", "connection.url"),
+        ("connection/url", "opc.tcp://host:65536/", "connection.url"),
+        ("connection/url", "opc.tcp://host:0/", "connection.url"),
         ("connection/dead_s", 0.0, "connection.dead_s"),
         ("connection/publsh_s", 1.0, "connection.publsh_s"),
         ("guard/counter", "Plant/Counter", "ns=2;s=NAME"),
@@ -64,9 +67,10 @@ def test_a_file_that_is_none_is_told(tmp_path: Path) -> None:
     with pytest.raises(LinkError, match="cannot be read"):
         read_mapping(tmp_path / "none.toml")
     broken = tmp_path / "broken.toml"
-    broken.write_text("[connection\n")
-    with pytest.raises(LinkError, match="is no TOML file"):
-        read_mapping(broken)
+    for content in ("[connection\n", f"a = {'[' * 5000}{']' * 5000}\n"):
+        broken.write_text(content)
+        with pytest.raises(LinkError, match="is no TOML file"):
+            read_mapping(broken)
 
 
 numbers = st.floats(-1e6, 1e6).filter(lambda x: x == 0.0 or abs(x) > 1e-3)

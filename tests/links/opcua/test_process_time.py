@@ -11,7 +11,11 @@ from hypothesis import strategies as st
 from homeostat.domain.plant.timing import Timing
 from homeostat.links.opcua.reading.process_time import ProcessTime
 
-told = st.none() | st.floats(-1e9, 1e9) | st.sampled_from([float("nan"), float("inf"), -float("inf")])
+told = (
+    st.none()
+    | st.floats(-1e9, 1e9)
+    | st.sampled_from([float("nan"), float("inf"), -float("inf"), 1e17, -1e17, 1e300, 1.7e308, -1.7e308])
+)
 ticks = st.lists(st.tuples(st.booleans(), told, st.floats(0.0, 100.0)), min_size=1, max_size=60)
 
 
@@ -42,6 +46,13 @@ def test_a_plant_that_begins_again_is_followed_from_there() -> None:
     for t in range(100, 110):
         time.sample(float(t), float(t))
     assert [time.sample(float(t), 110.0 + t) for t in (1, 2, 3)] == [110.0, 111.0, 112.0]
+
+
+@pytest.mark.parametrize("wild_s", [1e6, 1e9, 1e17, 1e300, 1.7e308])
+def test_one_wild_reading_of_the_plants_clock_ends_no_deadline_and_no_time(wild_s: float) -> None:
+    time = ProcessTime(1.0)
+    found = [time.sample(wild_s if t == 5 else float(t), float(t)) for t in range(1, 10)]
+    assert found == [float(t) for t in range(1, 10)]
 
 
 def test_it_goes_on_by_our_own_clock_while_nothing_comes() -> None:

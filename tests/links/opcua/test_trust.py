@@ -106,6 +106,9 @@ def test_a_login_comes_from_the_environment_or_a_private_file(tmp_path: Path, mo
         login_from(file)
     file.chmod(0o600)
     assert login_from(file) == ("someone", "with:colons")
+    file.write_bytes("someone:paßword".encode("latin-1"))
+    with pytest.raises(LinkError, match="no text in UTF-8"):
+        login_from(file)
     file.write_text("nobody\n")
     with pytest.raises(LinkError, match="name:password"):
         login_from(file)

@@ -64,7 +64,7 @@ def signals_of_history(history: HistoryReader, name: str, span: Span, plant: Pla
         raise DetectionError(f"{text}; take less of it with --last, or --from and --to")
     early = Span(span.from_us - STALE * step_us, span.to_us)
     readings = {tag: _each(series, at_us, STALE * step_us) for tag, series in history.read(tags, early).items()}
-    return _table(name, (at_us - at_us[0]) / 1e6, readings, plant, told_time(int(at_us[0])).removesuffix("Z"))
+    return _table(name, (at_us - at_us[0]) / 1e6, readings, plant, told_time(int(at_us[0])))
 
 
 def _each(series: Series, at_us: NDArray[np.int64], stale_us: int) -> Values:

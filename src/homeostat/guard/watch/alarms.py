@@ -23,6 +23,10 @@ class Alarms:
         """Alarms that last or that nobody has seen, the oldest first."""
         return tuple(self._standing.values())
 
+    def lists(self, name: str) -> bool:
+        """Whether alarm ``name`` is in the list, be it over or not."""
+        return name in self._standing
+
     def lasts(self, name: str) -> bool:
         """Whether the condition of alarm ``name`` lasts."""
         alarm = self._standing.get(name)
@@ -73,6 +77,8 @@ class Alarms:
 
 MOST = 50
 """Most troubles that last at the same time."""
+LISTED = 500
+"""Most troubles in the list, those included that are over and that nobody has seen: a plant is attached for months."""
 LONGEST_NAME = 100
 """Most characters of the name of a trouble."""
 OTHERS = ("recovery", "source")
@@ -88,8 +94,13 @@ class Troubles:
         self._lasting: set[str] = set()
 
     def begin(self, trouble: Trouble, now_s: float) -> None:
-        """Raise the alarm; ValueError where too many last already."""
+        """Raise the alarm; ValueError where too many last already, or wait to be seen."""
         name = _own(trouble.name)
+        if (
+            not self._alarms.lists(name)
+            and sum(a.id.partition(":")[0] in OTHERS for a in self._alarms.standing) >= LISTED
+        ):
+            raise ValueError(f"more than {LISTED} troubles that nobody has acknowledged: {brief(trouble.cause)}")
         if name not in self._lasting and len(self._lasting) >= MOST:
             raise ValueError(f"more than {MOST} troubles at once: {brief(trouble.cause)}")
         self._lasting.add(name)

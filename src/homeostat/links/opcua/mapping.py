@@ -9,6 +9,7 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Final, Literal, TypeAlias
+from urllib.parse import urlsplit
 
 from annotated_types import Ge, Gt, Le
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
@@ -27,7 +28,12 @@ def _address(text: str) -> str:
 
 def server_url(text: str) -> str:
     """``text`` where it is the address of a server and nothing secret; else ValueError, which does not repeat it."""
-    if not re.fullmatch(r"opc\.tcp://[^/@\s]+(/[^\s@]*)?", text):
+    try:
+        parts = urlsplit(text)
+        reachable = bool(parts.hostname) and parts.port != 0  # a port beyond 65535, half an IPv6 address: ValueError
+    except ValueError:
+        reachable = False
+    if not reachable or not re.fullmatch(r"opc\.tcp://[^/@\s]+(/[^\s@]*)?", text):
         raise ValueError("say a server's address as opc.tcp://HOST:PORT/PATH, without a name or a password")
     return text
 
@@ -208,7 +214,7 @@ def read_mapping(path: Path) -> LinkMapping:
         content = tomllib.loads(path.read_text("utf-8"))
     except OSError as error:
         raise LinkError(f"{str(path)!r} cannot be read: {error.strerror}") from None
-    except ValueError as error:  # no TOML, or no UTF-8
+    except (ValueError, RecursionError) as error:  # no TOML, or no UTF-8
         raise LinkError(f"{str(path)!r} is no TOML file: {error}; correct it") from None
     return mapping_of(content, str(path))
 

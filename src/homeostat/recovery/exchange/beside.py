@@ -45,8 +45,8 @@ class DaemonExecutor(ThreadPoolExecutor):
         job = _Job(Future(), lambda: fn(*args, **kwargs))
         with self._free:
             if self._busy < MOST:
+                _thread(lambda: self._work(job))  # raises where there is no room for one: then no place is taken
                 self._busy += 1
-                _thread(lambda: self._work(job))
             else:
                 self._waiting = deque(w for w in self._waiting if not w.future.cancelled())
                 self._waiting.append(job)

@@ -273,6 +273,8 @@ def _told(errors: Sequence[ErrorDetails]) -> str:
     first = errors[0]
     if first["type"] == "extra_forbidden":
         return _unknown_key(first["loc"])
+    if first["type"] == "missing":
+        return "missing; state it"
     given = repr(first["input"]) if isinstance(first["input"], str | int | float) else ""
     shown = f" (given: {given if len(given) <= LONGEST else given[:LONGEST] + '...'})" if given else ""
     return ", or ".join(dict.fromkeys(e["msg"].removeprefix("Value error, ") for e in errors)) + shown

@@ -10,6 +10,10 @@ AHEAD: Final = 0.75
 
 STANDS: Final = 1.5
 """So many ticks after which a clock of the plant that has not gone on stands."""
+LATEST_S: Final = 1e12
+"""Process time beyond which a clock says nothing [s]: a tick more must be another number."""
+LEAP_S: Final = 86_400.0
+"""By how much more than has passed by our clock the plant's may go on at once [s]: beyond that it was set anew."""
 
 
 class ProcessTime:
@@ -34,16 +38,17 @@ class ProcessTime:
         """The time of a sample that came at ``at_s`` of our monotonic clock [s]; None where its tick was there already.
 
         ``told_s``: process time as the plant says it [s]. Where that runs back, ours goes on by a tick and follows the
-        plant's from there: a server that began again is no reason for time to run back. Where the plant says
-        nothing, or its clock stands, samples are counted as they come, as long as they do not run ahead of ours;
+        plant's from there: a server that began again is no reason for time to run back. So it is where it leaps ahead
+        by a day more than has passed: one wild reading would end every deadline, and time with them. Where the plant
+        says nothing, or its clock stands, samples are counted as they come, as long as they do not run ahead of ours;
         ``waiting``: how many came behind this one already.
         """
-        told = told_s is not None and math.isfinite(told_s)
+        told = told_s is not None and abs(told_s) <= LATEST_S
         ticks_s = self._timing.at_s(self._timing.ticks(told_s)) if told and told_s is not None else math.nan
         if not told:
             now_s = self._by_ours(at_s, waiting)
         elif ticks_s != self._told_s:
-            now_s = self._by_theirs(ticks_s)
+            now_s = self._by_theirs(ticks_s, at_s)
         elif self._began is not None or (at_s - self._seen_s) * self.pace >= STANDS * self._timing.tick_s:
             now_s = self._by_ours(at_s, waiting)
         else:
@@ -62,15 +67,17 @@ class ProcessTime:
 
     def passed(self, told_s: float | None) -> bool:
         """Whether a tick without a sample has stood for this one, of which the plant says ``told_s`` [s]."""
-        if told_s is None or not math.isfinite(told_s) or math.isnan(self._told_s):
+        if told_s is None or not abs(told_s) <= LATEST_S or math.isnan(self._told_s):
             return False
         ticks_s = self._timing.at_s(self._timing.ticks(told_s))
         return ticks_s > self._told_s and ticks_s + self._offset_s <= self.now_s
 
-    def _by_theirs(self, ticks_s: float) -> float:
+    def _by_theirs(self, ticks_s: float, at_s: float) -> float:
         """The plant has gone on, or back, to ``ticks_s`` [s]."""
         self._began = None
-        if ticks_s + self._offset_s <= self.now_s:
+        ahead_s = ticks_s + self._offset_s - self.now_s
+        leapt = ahead_s > LEAP_S + (at_s - self._seen_s) * self.pace  # never at the first sample: nothing was seen
+        if ahead_s <= 0.0 or leapt:
             self._offset_s = self.now_s + self._timing.tick_s - ticks_s
         return ticks_s + self._offset_s
 

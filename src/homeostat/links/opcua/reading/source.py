@@ -97,10 +97,10 @@ class OpcuaSource:
 
 
 def _number(reading: NodeReading | None) -> float | None:
-    """What ``reading`` says, None where it is bad or no number."""
+    """What ``reading`` says, None where it is bad or no finite number."""
     if reading is None or reading.status >> _SEVERITY_SHIFT == 2 or not isinstance(reading.value, float | int):
         return None
-    return float(reading.value)
+    return float(reading.value) if math.isfinite(reading.value) else None
 
 
 def finite_pace(pace: float) -> float:

@@ -21,7 +21,10 @@ def login_from(file: Path | None) -> tuple[str, str] | None:
     """
     if file is not None:
         refuse_readable(file)
-        name, colon, password = file.read_text("utf-8").strip().partition(":")
+        try:
+            name, colon, password = file.read_text("utf-8").strip().partition(":")
+        except UnicodeDecodeError:
+            raise LinkError(f"{str(file)!r} is no text in UTF-8; write one line, name:password") from None
         if not (name and colon and password):
             raise LinkError(f"{str(file)!r} is no login; write one line, name:password")
         return name, password
