@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
+import threading
 from pathlib import Path
 
 import pytest
 
-from homeostat.console.people.owned import NotOwned, mapping
+from homeostat.console.people import owned
+from homeostat.console.people.owned import NotOwned, changing, mapping, replace
 
 
 def kept(tmp_path: Path, content: bytes, mode: int = 0o600) -> Path:
@@ -36,3 +40,36 @@ def test_what_others_may_use_is_refused(tmp_path: Path, link: bool) -> None:
     with pytest.raises(NotOwned) as refused:
         mapping(path, int, "which")
     assert "\n" not in str(refused.value) and path.name in str(refused.value)
+
+
+def test_what_a_killed_process_of_the_same_number_left_is_in_nobodys_way(tmp_path: Path) -> None:
+    path = tmp_path / "kept"
+    (tmp_path / f".kept.{os.getpid()}.partial").write_bytes(b'{"Ada"')
+    with changing(path):
+        replace(path, b'{"Ada": 3}')
+    assert mapping(path, int, "which") == {"Ada": 3} and [p.name for p in tmp_path.iterdir()] == ["kept"]
+
+
+def test_a_folder_that_somebody_keeps_locked_is_waited_for_and_not_for_ever(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(owned, "LOCKED_S", 0.2)
+    descriptor, said = os.open(tmp_path, os.O_RDONLY), list[OSError]()
+    fcntl.flock(descriptor, fcntl.LOCK_SH)  # whoever may read the folder can do that
+
+    def change() -> None:
+        try:
+            with changing(tmp_path / "kept"):
+                replace(tmp_path / "kept", b"{}")
+        except OSError as error:
+            said.append(error)
+
+    first = threading.Thread(target=change, daemon=True)
+    first.start()
+    first.join(20.0)
+    assert not first.is_alive() and [str(error.strerror) for error in said] == [
+        "another process has kept its folder locked for 0.2 s"
+    ]
+    os.close(descriptor)
+    change()
+    assert len(said) == 1 and mapping(tmp_path / "kept", int, "which") == {}
