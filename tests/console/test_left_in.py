@@ -52,6 +52,7 @@ def ends(response: HTTPResponse, within_s: float = 15.0) -> bool:
     return False
 
 
+@pytest.mark.slow
 def test_a_stream_ends_where_its_person_signs_out_or_is_removed(desk: Served, people: Path) -> None:
     ada, bo, cy = Browser(desk), Browser(desk), Browser(desk)
     assert [b.sign_in(name).status for b, name in ((ada, "Ada"), (bo, "Bo"), (cy, "Cy"))] == [200] * 3
