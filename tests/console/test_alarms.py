@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from homeostat.console.events.alarms import FLOOD, AlarmState, ListedAlarm, alarm_list, as_csv
 from homeostat.console.events.lines import journal_page, verified
+from homeostat.console.server.asked import csv_answer
 from homeostat.console.situation import situation
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.guard import GuardStarted
@@ -134,3 +135,10 @@ def test_readings_and_alarms_are_taken_away_as_files(console: Served) -> None:
     ]
     assert console.ask("/api/alarms.csv").body.startswith(b"alarm,priority,state")
     assert console.ask("/api/readings.csv?tag=../x").status == 400 and console.ask("/api/readings.csv").status == 400
+
+
+def test_half_a_character_in_an_alarm_is_exported_as_its_escape() -> None:
+    standing = after(AlarmRaised("a", "half of \ud83d", HIGH), AlarmRaised("b", "45 °C", LOW)).standing
+    answer = csv_answer(as_csv(standing), "alarms.csv")
+    rows = list(csv.reader(io.StringIO(bytes(answer.body).decode())))
+    assert [row[-1] for row in rows[1:]] == ["half of \\ud83d", "45 °C"]

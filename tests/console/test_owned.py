@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
+import threading
 from pathlib import Path
 
 import pytest
 
+from homeostat.console.people import owned
 from homeostat.console.people.owned import NotOwned, changing, mapping, replace
 
 
@@ -50,3 +53,28 @@ def test_what_a_killed_process_left_is_in_nobodys_way(tmp_path: Path) -> None:
             replace(path, b'{"Ada": 2}')
         assert mapping(path, int, "which") == {"Ada": 2} and not left.exists()
     assert target.read_bytes() == b"of somebody else"
+
+
+def test_a_folder_that_somebody_keeps_locked_is_waited_for_and_not_for_ever(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(owned, "LOCKED_S", 0.2)
+    descriptor, said = os.open(tmp_path, os.O_RDONLY), list[OSError]()
+    fcntl.flock(descriptor, fcntl.LOCK_SH)  # whoever may read the folder can do that
+
+    def change() -> None:
+        try:
+            with changing(tmp_path / "kept"):
+                replace(tmp_path / "kept", b"{}")
+        except OSError as error:
+            said.append(error)
+
+    first = threading.Thread(target=change, daemon=True)
+    first.start()
+    first.join(20.0)
+    assert not first.is_alive() and [str(error.strerror) for error in said] == [
+        "another process has kept its folder locked for 0.2 s"
+    ]
+    os.close(descriptor)
+    change()
+    assert len(said) == 1 and mapping(tmp_path / "kept", int, "which") == {}

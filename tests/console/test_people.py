@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import threading
@@ -377,3 +378,13 @@ def test_the_command_adds_lists_and_removes(tmp_path: Path) -> None:
     assert homeostat("people", "remove", "people.json", "ada lovelace", cwd=tmp_path).status == 0
     refused(homeostat("people", "remove", "people.json", "Ada", cwd=tmp_path), "no account of 'Ada'")
     refused(homeostat("people", "list", "none.json", cwd=tmp_path), "none.json", "people add")
+
+
+def test_a_log_that_takes_nothing_keeps_nobody_out(tmp_path: Path) -> None:
+    path = accounts(tmp_path / "people.json", Ada="operator")
+    with Path("/dev/full").open("w", encoding="ascii") as full, contextlib.suppress(OSError):
+        with contextlib.redirect_stderr(full):
+            _, session = People(Accounts(path)).sign_in("Ada", PASSWORD.format("Ada"), "192.0.2.1")
+        assert session.person.name == "Ada"
+        full.close()  # what was not written is lost, and said so
+    assert full.closed

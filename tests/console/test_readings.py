@@ -12,9 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from homeostat.console.readings import Readings, ReadingsError, thinned
+from homeostat.console.readings import MOST, MOST_VALUES, Gathered, Readings, ReadingsError, thinned
 from homeostat.console.text import to_json
 from homeostat.domain.mode import Mode
+from homeostat.domain.snapshot import Snapshot
 from homeostat.record.directory import TRAJECTORY
 
 NUMBERS = st.floats(-1e6, 1e6) | st.just(math.nan)
@@ -53,3 +54,13 @@ def test_a_file_that_is_no_trajectory_is_told(tmp_path: Path) -> None:
 def test_json_has_no_number_that_a_browser_refuses() -> None:
     told = to_json({"a": math.nan, "b": (math.inf, 1.0), "c": Mode.OBSERVE, "d": "</script>\u2028"})
     assert json.loads(told) == {"a": None, "b": [None, 1.0], "c": "observe", "d": "</script>\u2028"} and told.isascii()
+
+
+def test_a_plant_of_many_tags_takes_no_more_memory_than_one_of_few() -> None:
+    names = [f"T{k}" for k in range(99)]
+    gathered = Gathered(names, most_values=100 * 40)
+    for second in range(200):
+        gathered(Snapshot(float(second), dict.fromkeys(names, float(second))))
+    readings = gathered.readings()
+    assert readings is not None and 20 <= readings.times_s.size <= 40 and readings.at(199.0)[1]["T98"] == 199.0
+    assert MOST * 150 <= MOST_VALUES, "plants of 150 tags are shown as long as others"

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import math
+import threading
 from collections.abc import Mapping
 from typing import Any
 
@@ -76,9 +79,16 @@ def test_before_the_first_sample_everything_is_old() -> None:
     assert service.watched.fresh.old and service.watched.fresh.age_s is None
 
 
+def sampled(at_s: Any, age_s: Any, value: Any) -> dict[str, Any]:
+    return {"sample": {"at_s": at_s, "age_s": age_s, "values": {"T": value}}}
+
+
 @pytest.mark.parametrize(
-    "nonsense", [{"sample": {}}, {"sample": 3}, {"sample": {"at_s": "soon", "values": {"T": 1.0}}}]
-)
+    "nonsense",
+    [{"sample": {}}, {"sample": 3}, sampled("soon", 0.0, 1.0), sampled(1.0, "soon", 1.0), sampled(1.0, math.nan, 1.0),
+     sampled(math.inf, 0.0, 1.0), sampled(10**400, 0.0, 1.0), sampled(1.0, 0.0, 10**400), {"link": "up"},
+     {"sample": None, "thinking": 3}],
+)  # fmt: skip
 def test_an_answer_that_cannot_be_read_is_said_and_ends_nothing(nonsense: dict[str, Any]) -> None:
     service = Service()
     service.answer = {**UP, **nonsense}
@@ -92,3 +102,26 @@ def test_a_plant_that_nobody_thinks_about_is_said() -> None:
     service = Service()
     service.says(1.0, 0.0, thinking={"process": None, "reason": "it was killed"})
     assert service.watched.fresh.thinking == "it was killed"
+
+
+def test_whatever_a_service_says_it_is_asked_again() -> None:
+    answers = [b"[" * 100_000, b'{"sample": 1e999}', json.dumps({**UP, **sampled(3.0, 0.1, 2.0)}).encode()]
+    enough = threading.Event()
+
+    def ask() -> Mapping[str, Any]:
+        if len(answers) == 1:
+            enough.set()
+        found: Mapping[str, Any] = json.loads(answers.pop(0) if len(answers) > 1 else answers[0])
+        return found
+
+    gathered = Gathered(["T"])
+    watched = Watched(ask, gathered)
+    watched.begin()
+    assert enough.wait(20.0), "nobody asks any more"
+    for _ in range(100):
+        if not watched.fresh.old:
+            break
+        enough.clear()
+        assert enough.wait(20.0)
+    readings = gathered.readings()
+    assert readings is not None and readings.at(3.0) == (3.0, {"T": 2.0})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import os
 import time
 from pathlib import Path
 
@@ -81,3 +82,26 @@ def test_a_run_that_was_killed_is_not_waited_for(tmp_path: Path) -> None:
     began = time.monotonic()
     assert wait_for(tmp_path, "order-01", 0, 8.0) is None and time.monotonic() - began < 4.0
     assert wait_for(tmp_path, "order-02", 0, 8.0) == Heard(True, ""), "what it had answered is told"
+
+
+def test_an_answer_is_found_behind_a_line_that_was_half_written_when_the_order_was_given(tmp_path: Path) -> None:
+    path = tmp_path / "events.jsonl"
+    with Journal(tmp_path) as journal:
+        journal.record(RunStarted("vessel", (), 1), 0.0)
+        whole = length(tmp_path)
+        with path.open("ab") as file:
+            file.write(b'{"seq":2,"prev":"' + b"0" * 200_000)
+        before = length(tmp_path)
+        assert before == whole == wait_at(tmp_path, before)
+        os.truncate(path, whole)  # there was no room for it
+        journal.record(heard("order-01", True), 1.0)
+        assert wait_for(tmp_path, "order-01", before, 0.0) == Heard(True, "")
+        assert wait_for(tmp_path, "order-01", before // 2, 0.0) == Heard(True, ""), "also from within a line"
+    path.write_bytes(b"half a line")
+    assert length(tmp_path) == 0
+
+
+def wait_at(run_dir: Path, before: int) -> int:
+    """``before``, where nothing is heard from there on."""
+    assert wait_for(run_dir, "order-01", before, 0.0) is None
+    return before

@@ -37,7 +37,11 @@ function Row({ a, at, me, order }: { a: ListedAlarm; at: number; me: Me; order: 
 export function Alarms({ now, me, order }: { now: Moment; me: Me; order: (asked: Asked) => void }) {
   const [list, setList] = useState<AlarmList | null>(null);
   const [past, show] = useState(false), [failed, fail] = useState("");
-  useEffect(() => { void ask<AlarmList>("/api/alarms", { at: now.at_s }).then((found) => { setList(found); fail(""); }, (e: Error) => fail(e.message)); }, [now.told, Math.floor(now.at_s / 10)]);
+  useEffect(() => {
+    let gone = false; // what was asked for before may be answered last
+    void ask<AlarmList>("/api/alarms", { at: now.at_s }).then((found) => { if (!gone) { setList(found); fail(""); } }, (e: Error) => { if (!gone) fail(e.message); });
+    return () => { gone = true; };
+  }, [now.told, Math.floor(now.at_s / 10)]);
   if (!list) return <section class="wide">{failed ? <p class="warn" role="alert">△ {failed}</p> : <p class="quiet">Reading the alarms …</p>}</section>;
   const rows = [...list.standing, ...list.shelved, ...(past ? list.past : [])];
   return (<>

@@ -5,6 +5,9 @@ import { isKept } from "./kept";
 import { ask, type JournalPage, type Verified } from "./told";
 import { moment } from "./words";
 
+// A journal of months is read as a whole for it.
+const READ_MS = 600_000;
+
 export function JournalView({ seek }: { seek: (at: number) => void }) {
   const [found, setFound] = useState<JournalPage | null>(null);
   const [said, setSaid] = useState<Verified | null>(null);
@@ -13,10 +16,11 @@ export function JournalView({ seek }: { seek: (at: number) => void }) {
     const query: Record<string, string> = { words };
     if (kind) query.kind = kind;
     if (before) query.before = String(before);
-    const wait = setTimeout(() => void ask<JournalPage>("/api/journal", query).then((page) => { setFound(page); fail(""); }, (e: Error) => fail(e.message)), 250);
-    return () => clearTimeout(wait);
+    let gone = false; // what was asked for before may be answered last
+    const wait = setTimeout(() => void ask<JournalPage>("/api/journal", query, READ_MS).then((page) => { if (!gone) { setFound(page); fail(""); } }, (e: Error) => { if (!gone) fail(e.message); }), 250);
+    return () => { gone = true; clearTimeout(wait); };
   }, [kind, words, before]);
-  const verify = () => { setSaid(null); void ask<Verified>("/api/verified").then(setSaid, (e: Error) => fail(e.message)); };
+  const verify = () => { setSaid(null); void ask<Verified>("/api/verified", {}, READ_MS).then(setSaid, (e: Error) => fail(e.message)); };
   useEffect(verify, []);
   return (
     <section id="journal" class="wide" tabIndex={-1} aria-label="Journal">

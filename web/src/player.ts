@@ -5,7 +5,7 @@ import { isKept, momentAt } from "./kept";
 import { ask, type Moment, type Run } from "./told";
 
 export const SPEEDS = [1, 5, 10, 30, 60, 300, 1000];
-const SILENT_S = 4, AGAIN_MS = 2000;
+const SILENT_S = 4, DEAD_S = 15, AGAIN_MS = 2000;
 
 export interface Player {
   now: Moment | null; playing: boolean; speed: number; lost: boolean; silent_s: number;
@@ -92,6 +92,9 @@ export function usePlayer(run: Run | null, refused: () => void): Player {
     stream.addEventListener("end", () => { stream.close(); setPlaying(false); });
     return () => { stream.close(); clearTimeout(again); };
   }, [playing, speed, from, known, attempt]);
+  // A connection that is dead may never say so: another one is tried.
+  const dead = isKept() ? 0 : Math.floor(silent_s / DEAD_S);
+  useEffect(() => { if (dead) { refused(); setFrom(run?.live ? 1e12 : latest.current); setAttempt((n) => n + 1); } }, [dead]);
   const seek = (at: number) => {
     const to = Math.min(Math.max(0, at), Math.max(run?.last_s ?? 0, latest.current));
     if (run?.live) setPlaying(false);

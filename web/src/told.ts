@@ -129,11 +129,12 @@ export async function send<T>(method: "POST" | "DELETE", path: string, content: 
   return answered<T>(path, { method, headers, body: JSON.stringify(content), signal: AbortSignal.timeout(longest_ms) });
 }
 
-export async function ask<T>(path: string, query: Record<string, string | number | string[]> = {}): Promise<T> {
+// A connection that is dead and never says so would be waited for as long as the page is open.
+export async function ask<T>(path: string, query: Record<string, string | number | string[]> = {}, longest_ms = 30_000): Promise<T> {
   if (isKept()) return kept(path, query) as T;
   const words = new URLSearchParams();
   for (const [name, value] of Object.entries(query)) {
     for (const each of Array.isArray(value) ? value : [value]) words.append(name, String(each));
   }
-  return answered<T>(`${path}?${words}`);
+  return answered<T>(`${path}?${words}`, { signal: AbortSignal.timeout(longest_ms) });
 }

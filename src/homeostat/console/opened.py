@@ -203,7 +203,10 @@ class OpenedRun:
         trouble = self.altered = ""
         try:
             for record in self._tail.more():
-                event = decode(record)
+                try:
+                    event = decode(record)
+                except DecodeError as error:  # what follows it is read all the same
+                    self._untold, event = self._untold or str(error), None
                 if event is None:
                     continue
                 before_s = self._entries[-1].at_s if self._entries else 0.0
@@ -215,8 +218,6 @@ class OpenedRun:
                     except _UNTOLD as error:
                         self._story = None
                         self._untold = f"event {record.seq} cannot be told in the plant's words: {error!r}"
-        except DecodeError as error:  # what follows it is read all the same
-            self._untold = self._untold or str(error)
         except BrokenChain as error:
             trouble = self.altered = str(error)
         except OSError as error:

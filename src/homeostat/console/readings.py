@@ -19,6 +19,8 @@ _ROOM: Final = 4096
 """Moments for which there is room at first."""
 MOST: Final = 200_000
 """Most moments that are kept of a run that goes on: more than two days of one a second."""
+MOST_VALUES: Final = 32_000_000
+"""Most values of all tags together, 256 MB: of 2,000 tags more than four hours of one moment a second."""
 _FEWEST: Final = 20
 """Samples below which nothing is called usual."""
 
@@ -95,10 +97,15 @@ class Readings:
 class Gathered:
     """Readings of a run that goes on, taken one moment after the other; another thread may ask for them meanwhile."""
 
-    def __init__(self, tags: Iterable[str], most: int = MOST) -> None:
-        """Nothing of ``tags`` was read yet; of more than ``most`` moments the oldest are let go."""
-        self._most, room = most, min(_ROOM, most)
-        self._kept = Readings(np.empty(room), {tag: np.empty(room) for tag in tags}), 0
+    def __init__(self, tags: Iterable[str], most: int = MOST, most_values: int = MOST_VALUES) -> None:
+        """Nothing of ``tags`` was read yet.
+
+        Of more than ``most`` moments, or ``most_values`` of all tags together, the oldest are let go.
+        """
+        named = tuple(tags)
+        self._most = max(2, min(most, most_values // (len(named) + 1)))
+        room = min(_ROOM, self._most)
+        self._kept = Readings(np.empty(room), {tag: np.empty(room) for tag in named}), 0
 
     def __call__(self, snapshot: Snapshot) -> None:
         """Take what the plant says; what is no later than what was taken before is left out."""

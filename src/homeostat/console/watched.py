@@ -1,5 +1,6 @@
 """The service of an attached plant as the page sees it: asked again and again, and how old its last answer is."""
 
+import math
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -35,6 +36,20 @@ class Fresh:
     """Why nobody thinks about the plant; empty where somebody does."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Told:
+    """What an answer says of itself."""
+
+    sample: Snapshot | None
+    """The last sample; None where none has come yet."""
+    age_s: float
+    """How old it was [s]."""
+    link: str
+    """What is wrong with the connection to the plant; empty for nothing."""
+    nobody: str
+    """Why nobody thinks; empty where somebody does."""
+
+
 @final
 class Watched:
     """Asks from a thread of its own, which ends with the process; whoever looks at the page asks nobody."""
@@ -42,7 +57,7 @@ class Watched:
     def __init__(self, ask: Ask, gathered: Gathered, clock: Callable[[], float] = time.monotonic) -> None:
         """``ask`` is asked from now on, and ``gathered`` takes the readings; ``clock`` tells wall-clock seconds."""
         self._ask, self._gathered, self._clock = ask, gathered, clock
-        self._told: tuple[Mapping[str, Any], float] | None = None
+        self._told: tuple[_Told, float] | None = None
         self._trouble = "the service was not asked yet"
 
     def begin(self) -> None:
@@ -52,14 +67,12 @@ class Watched:
     def look(self) -> None:
         """Ask once."""
         try:
-            told = self._ask()
-            sample = told.get("sample")
-            if sample is not None:
-                values = {tag: float("nan") if v is None else float(v) for tag, v in sample["values"].items()}
-                self._gathered(Snapshot(float(sample["at_s"]), values))
+            told = _read(self._ask())
+            if told.sample is not None:
+                self._gathered(told.sample)
         except ServiceSilent as silent:
             self._trouble = str(silent)
-        except (AttributeError, KeyError, TypeError, ValueError) as error:  # of another version, or not a service
+        except Exception as error:  # of another version, or not a service; whatever it says, it is asked again
             self._trouble = f"the service's answer cannot be read: {error!r}"
         else:
             self._told, self._trouble = (told, self._clock()), ""
@@ -71,15 +84,26 @@ class Watched:
         if held is None:
             return Fresh(None, True, trouble or "no answer came yet", "")
         told, heard = held
-        sample, link = told.get("sample"), str((told.get("link") or {}).get("trouble") or "")
-        age_s = None if sample is None else float(sample["age_s"]) + self._clock() - heard
+        age_s = None if told.sample is None else told.age_s + self._clock() - heard
         old = age_s is None or age_s > OLD_S
-        why = trouble or (link and f"no connection to the plant: {link}") or "no sample comes from the plant"
-        thinks = told.get("thinking") or {}
-        nobody = "" if thinks.get("process") is not None else str(thinks.get("reason") or "it has not begun yet")
-        return Fresh(None if age_s is None else round(age_s, 1), old, why if old else "", nobody)
+        why = trouble or (told.link and f"no connection to the plant: {told.link}") or "no sample comes from the plant"
+        return Fresh(None if age_s is None else round(age_s, 1), old, why if old else "", told.nobody)
 
     def _go_on(self) -> None:
         while True:
             self.look()
             time.sleep(_ASK_S)
+
+
+def _read(answer: Mapping[str, Any]) -> _Told:
+    """What ``answer`` says; some exception where it is none of a service."""
+    sample, thinks = answer.get("sample"), answer.get("thinking") or {}
+    link = str((answer.get("link") or {}).get("trouble") or "")
+    nobody = "" if thinks.get("process") is not None else str(thinks.get("reason") or "it has not begun yet")
+    if sample is None:
+        return _Told(None, math.nan, link, nobody)
+    values = {tag: math.nan if v is None else float(v) for tag, v in sample["values"].items()}
+    at_s, age_s = float(sample["at_s"]), float(sample["age_s"])
+    if not math.isfinite(at_s) or not math.isfinite(age_s):
+        raise ValueError(f"a sample of {at_s} s that is {age_s} s old")
+    return _Told(Snapshot(at_s, values), age_s, link, nobody)

@@ -4,6 +4,7 @@ import contextlib
 import fcntl
 import itertools
 import os
+import time
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
@@ -24,6 +25,8 @@ MEASURED = "measured "
 """Begin of the columns of a trajectory that instruments have filled."""
 FIGURE = "figure.png"
 """The run as a picture."""
+LOOKED_S = 0.5
+"""Longest wait for who only looks whether a run goes on, as a page does, wall-clock [s]."""
 
 
 class RunDirectoryError(ValueError):
@@ -44,12 +47,17 @@ def _held(path: Path) -> int:
     Raises RunDirectoryError where another one has it.
     """
     descriptor = os.open(path / JOURNAL, os.O_RDONLY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(descriptor)
-        raise RunDirectoryError(f"run {str(path)!r} still goes on; stop it first") from None
-    return descriptor
+    end = time.monotonic() + LOOKED_S
+    while True:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() < end:
+                time.sleep(0.01)
+                continue
+            os.close(descriptor)
+            raise RunDirectoryError(f"run {str(path)!r} still goes on; stop it first") from None
+        return descriptor
 
 
 @final

@@ -1,6 +1,7 @@
 """Answers: what a run's journal says of an order, and which requests wait for a person."""
 
 import fcntl
+import os
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from homeostat.journal.beside.files import JOURNAL, MANIFEST
 from homeostat.journal.reading import Record, parse
 
 _LOOK_S: Final = 0.1
+_BLOCK: Final = 65_536
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +70,16 @@ def waiting(events: Iterable[Record]) -> tuple[Waiting, ...]:
 
 
 def length(run_dir: Path) -> int:
-    """Bytes that the journal of ``run_dir`` has now."""
-    return (run_dir / JOURNAL).stat().st_size
+    """Bytes of the whole lines that the journal of ``run_dir`` has now: one that is being written may be taken away."""
+    with (run_dir / JOURNAL).open("rb") as file:
+        end = file.seek(0, os.SEEK_END)
+        while end > 0:
+            begin = max(0, end - _BLOCK)
+            file.seek(begin)
+            if (last := file.read(end - begin).rfind(b"\n")) >= 0:
+                return begin + last + 1
+            end = begin
+    return 0
 
 
 def wait_for(run_dir: Path, order: str, after: int, within_s: float) -> Heard | None:
@@ -102,11 +112,18 @@ def is_written(run_dir: Path) -> bool:
 
 
 def _lines(path: Path, after: int) -> Iterator[tuple[Record, int]]:
-    """The whole lines of a journal behind its first ``after`` bytes, each with where it ends."""
+    """The whole lines of a journal behind its first ``after`` bytes, each with where it ends.
+
+    What is no line of one is nobody's answer, and passed over.
+    """
     with path.open("rb") as file:
         file.seek(after)
         for line in file:
             if not line.endswith(b"\n"):
                 return
             after += len(line)
-            yield parse(line[:-1]), after
+            try:
+                record = parse(line[:-1])
+            except (ValueError, RecursionError):
+                continue
+            yield record, after

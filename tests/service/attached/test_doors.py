@@ -260,3 +260,18 @@ def test_where_no_service_runs_one_line_says_so(behind: Hearing, directory: Path
         asking.status(directory)
     with pytest.raises(OrderError, match="no service runs"):
         asking.order(directory, command())
+
+
+def test_a_door_outlives_a_moment_in_which_no_thread_can_be_begun(directory: Path) -> None:
+    hearing = Hearing(directory)
+    with contextlib.closing(hearing.doors):
+        before = threading.stack_size(1 << 47)  # more than there are addresses
+        try:
+            for _ in range(MOST + 1):
+                with socket.socket(socket.AF_UNIX) as caller:
+                    caller.settimeout(20.0)
+                    caller.connect(str(directory / DOORS[Role.OPERATOR]))
+                    assert b"no thread can be begun; try again" in caller.recv(1000)
+        finally:
+            threading.stack_size(before)
+        assert asking.status(directory) == {"plant": "tank"}

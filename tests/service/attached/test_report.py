@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
@@ -11,14 +12,16 @@ import pytest
 
 from homeostat.domain.alarm import Priority
 from homeostat.domain.diagnosis import FaultState, Hypothesis
+from homeostat.domain.events.foresight import Foreseen
 from homeostat.domain.events.guard import GuardStarted, QualityChanged, RequestAnswered, Stopped, ThinkingEnded
 from homeostat.domain.events.people import AlarmRaised, AlarmReturned, ModeEntered
 from homeostat.domain.events.recovery import Diagnosed
 from homeostat.journal import Event, Journal, Setting, Summary, read_events
 from homeostat.service.attached.place import first_event
-from homeostat.service.report.facts import Facts, facts_of
+from homeostat.service.report.facts import Facts, condensed, facts_of
 from homeostat.service.report.page import page
 from tests.cli.command import homeostat, refused
+from tests.journal.forgery import change
 
 FAULT = Diagnosed((), (Hypothesis((FaultState("leak", 0.1, 90.0),), 0.8), Hypothesis((), 0.2)))
 COURSE: tuple[tuple[float, Event], ...] = (
@@ -176,3 +179,34 @@ def test_a_folder_in_which_no_history_ever_began_is_none(tmp_path: Path) -> None
     named = homeostat("report", "live", "--out", "n.html", "--history", "live.history", cwd=tmp_path)
     refused(named, "'live.history' is no history")
     assert not (tmp_path / "n.html").exists()
+
+
+def test_a_long_journal_takes_no_memory_for_what_no_fact_follows_from(tmp_path: Path) -> None:
+    ends_s = tuple(float(second) for second in range(500))
+    with Journal(tmp_path) as journal:
+        for at_s, event in COURSE:
+            journal.record(event, at_s)
+        for number in range(200):
+            journal.record(Foreseen("", 0.0, 500.0, 8, ends_s, (), None, (), ""), 1000.0 + number)
+    tracemalloc.start()
+    try:
+        records = tuple(map(condensed, read_events(tmp_path)))
+        held, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert len(records) >= 200 and held < 1_000_000
+    assert facts_of(records) == facts_of(read_events(tmp_path))
+
+
+def test_what_another_version_wrote_of_something_else_keeps_no_report_from_being_made(tmp_path: Path) -> None:
+    with Journal(tmp_path) as journal:
+        for at_s, event in COURSE:
+            journal.record(event, at_s)
+        journal.record(Foreseen("", 0.0, 500.0, 8, (1.0,), (), None, (), ""), 1000.0)
+
+    def make_unknown(lines: list[dict[str, object]]) -> None:
+        del lines[-1]["members"]
+
+    before = facts_of(read_events(tmp_path))
+    change(tmp_path, make_unknown)
+    assert facts_of(read_events(tmp_path)) == before

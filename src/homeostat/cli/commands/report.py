@@ -20,7 +20,7 @@ from homeostat.journal.beside.files import write_whole
 from homeostat.journal.verify.verify import lacking
 from homeostat.service.attached.place import KEPT, begins
 from homeostat.service.historian.observed import PROCESS_TIME
-from homeostat.service.report.facts import facts_of
+from homeostat.service.report.facts import condensed, facts_of
 from homeostat.service.report.page import page
 from homeostat.service.report.residuals import Followed
 
@@ -32,7 +32,7 @@ def carry_out(options: argparse.Namespace) -> int:
     """Write the page and print where it is; 1 where the journal's end is missing, which the page says, too."""
     run_dir = run_directory(options.run)
     out = writable(options.out, options.force)
-    records = tuple(read_events(run_dir))
+    records = tuple(map(condensed, read_events(run_dir)))
     facts = facts_of(records, _seconds("--last", options.last), _seconds("--until", options.until))
     facts.lacking = lacking(run_dir, len(records))
     followed = _followed(options, run_dir)

@@ -103,8 +103,7 @@ class Accounts:
         """``path``: the file; AccountsError where it cannot be used."""
         self.path: Final = path
         """The file."""
-        self._seen: tuple[int, int, int] | None = None
-        self._known = Known({}, Asked.NOBODY)
+        self._read: tuple[tuple[int, int, int], Known] | None = None
         self.known()
 
     def known(self) -> Known:
@@ -112,17 +111,16 @@ class Accounts:
         try:
             with reading(self.path) as file:
                 found = os.fstat(file.fileno())
-                seen = found.st_ino, found.st_mtime_ns, found.st_size
-                if seen != self._seen:
-                    self._known = _parsed(file.read(LARGEST + 1), self.path)
-                    self._seen = seen
+                seen, read = (found.st_ino, found.st_mtime_ns, found.st_size), self._read
+                if read is None or read[0] != seen:  # both at once: several threads ask
+                    read = self._read = seen, _parsed(file.read(LARGEST + 1), self.path)
         except NotOwned as error:
             raise AccountsError(str(error)) from error
         except OSError as error:
             raise AccountsError(
                 f"{str(self.path)!r} cannot be used: {error.strerror}; 'homeostat people add' makes it"
             ) from error
-        return self._known
+        return read[1]
 
     def all(self) -> Mapping[str, Account]:
         """Name, folded -> account; AccountsError as :meth:`known`."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -30,8 +31,9 @@ class Unproven(Exception):
 
 
 def tell(text: str) -> None:
-    """Say ``text`` where the console was started."""
-    print(f"homeostat: {printable(text)}", file=sys.stderr, flush=True)
+    """Say ``text`` where the console was started, as far as anything can be said there."""
+    with contextlib.suppress(OSError, ValueError):  # a terminal that has gone, or a full disk, keeps nobody out
+        print(f"homeostat: {printable(text)}", file=sys.stderr, flush=True)
 
 
 @final
@@ -89,9 +91,12 @@ class People:
         """The account of ``session`` as it is now; Unproven where ``password`` is not theirs. It takes a while."""
         return self._proven(Guess(session.person.name, address, signed_in=True), password, None)[0]
 
-    def session(self, token: str | None) -> Session | None:
-        """The session that ``token`` names; None where it is over, or the account was changed since."""
-        session = None if not token else self._sessions.of(token)
+    def session(self, token: str | None, use: bool = True) -> Session | None:
+        """The session that ``token`` names; None where it is over, or the account was changed since.
+
+        Where it is not in ``use`` by that, it grows old all the same.
+        """
+        session = None if not token else self._sessions.of(token, use)
         if session is None or token is None:
             return None
         try:

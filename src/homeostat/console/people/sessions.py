@@ -58,8 +58,8 @@ class Sessions:
             self._open[_name(token)] = session
         return token, session
 
-    def of(self, token: str) -> Session | None:
-        """The session that ``token`` names, which is used by that; None where there is none any more."""
+    def of(self, token: str, use: bool = True) -> Session | None:
+        """The session that ``token`` names, which is in ``use`` by that; None where there is none any more."""
         name, now = _name(token), self._clock()
         with self._alone:
             session = self._open.get(name)
@@ -68,7 +68,7 @@ class Sessions:
             if _is_over(session, now):
                 del self._open[name]
                 return None
-            session.used = now
+            session.used = now if use else session.used
             return session
 
     def showing(self, csrf: str) -> Session | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hmac
+from collections.abc import Callable
 from typing import Final
 
 from starlette.requests import Request
@@ -44,6 +45,12 @@ def session_of(request: Request) -> Session | None:
     return found
 
 
+def lasts(request: Request) -> Callable[[], bool]:
+    """Says whether who has sent ``request`` would still be let in; what is sent for hours asks again and again."""
+    found: Callable[[], bool] = request.scope["homeostat.lasts"]
+    return found
+
+
 class Admission:
     """Lets in whom ``people`` know; where there are none, everybody looks and nobody orders."""
 
@@ -57,13 +64,15 @@ class Admission:
             return
         request = Request(scope)
         people = self._people
-        session = None if people is None else people.session(request.cookies.get(cookie(request, self._secure)))
+        token = request.cookies.get(cookie(request, self._secure))
+        session = None if people is None else people.session(token)
         refused = _foreign(request) if people is None else self._objection(request, session)
         if refused is not None:
             text, status = refused
             await Response(to_json({"error": text}), status, media_type="application/json")(scope, receive, send)
             return
         scope["homeostat.session"] = session
+        scope["homeostat.lasts"] = lambda: people is None or people.session(token, use=False) is not None
         door: Door | None = getattr(scope["app"].state, "door", None)
         if door is not None and request.client is not None and (people is None or session is not None):
             door.know((request.client.host, request.client.port), "" if session is None else session.person.name)

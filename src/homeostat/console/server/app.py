@@ -21,7 +21,7 @@ from homeostat.console.card.evidence import Evidence, readings_trend
 from homeostat.console.opened import OpenedRun
 from homeostat.console.people.orders import Give, Orders
 from homeostat.console.people.people import People
-from homeostat.console.server.admission import Admission
+from homeostat.console.server.admission import Admission, lasts
 from homeostat.console.server.asked import (
     WIDEST_OF_ALL,
     AskedWrong,
@@ -207,4 +207,4 @@ class _Answers:
         speed = number(request, "speed", 1.0)
         if not SLOWEST <= speed <= FASTEST:
             raise AskedWrong(f"speed is {speed:g}; it must be from {SLOWEST:g} to {FASTEST:g}")
-        return StreamingResponse(self._moments.play(at_s, speed), media_type="text/event-stream")
+        return StreamingResponse(self._moments.play(at_s, speed, lasts(request)), media_type="text/event-stream")

@@ -37,8 +37,11 @@ def json_answer(value: object, status: int = 200) -> Response:
 
 def csv_answer(content: str | AsyncIterator[str], name: str) -> Response:
     """``content``, or its pieces as they are made, as a file called ``name``."""
-    answered: type[Response] = Response if isinstance(content, str) else StreamingResponse
-    answer = answered(content, media_type="text/csv; charset=utf-8")
+    kind = "text/csv; charset=utf-8"
+    if isinstance(content, str):  # half a character, which UTF-8 has none for, is written as its escape
+        answer = Response(content.encode(errors="backslashreplace"), media_type=kind)
+    else:
+        answer = StreamingResponse(content, media_type=kind)
     answer.headers["Content-Disposition"] = f'attachment; filename="{name}"'
     return answer
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import html
-from typing import Final, final
+from collections.abc import Callable
+from typing import Final, TypeVar, final
 
 from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
@@ -20,6 +22,9 @@ from homeostat.console.sign_on.sign_on import About, NotSignedOn, SignOn, about
 
 _COOKIE: Final = "homeostat-sign-on"
 _LONGEST: Final = 4000
+AT_ONCE: Final = 4
+"""Most answers of the provider that are waited for at once: nobody has signed in yet, and orders need threads, too."""
+T = TypeVar("T")
 _ENDED: Final = "It is not known who you are: it was not completed, or took too long. Go back, and try again."
 _TEXTS: Final = {
     "ended": _ENDED,
@@ -44,6 +49,7 @@ class Gate:
     def __init__(self, people: People, sign_on: SignOn, secure: bool) -> None:
         """``secure``: whether what is sent is encrypted."""
         self._people, self._sign_on, self._secure = people, sign_on, secure
+        self._waiting = asyncio.Semaphore(AT_ONCE)
 
     def routes(self) -> list[Route]:
         """What is answered here."""
@@ -71,7 +77,7 @@ class Gate:
         state, code = (asked.get(name, "")[:_LONGEST] for name in ("state", "code"))
         try:
             kept = request.cookies.get(cookie_name, "")
-            person, shown_for = await run_in_threadpool(self._sign_on.end, kept, state, code, asked.get("iss"))
+            person, shown_for = await self._heard(self._sign_on.end, kept, state, code, asked.get("iss"))
             if shown_for.id:
                 answer = self._shown(person, shown_for)
             else:
@@ -84,6 +90,11 @@ class Gate:
         answer.delete_cookie(cookie_name, path="/", secure=self._secure, httponly=True, samesite="lax")
         return answer
 
+    async def _heard(self, ask: Callable[..., T], *about: object) -> T:
+        """What the provider says when ``ask`` is called with ``about``, in a thread once there is one for it."""
+        async with self._waiting:
+            return await run_in_threadpool(ask, *about)
+
     def _shown(self, person: Person, shown_for: About) -> Response:
         session = self._people.showing(shown_for.session)
         if session is None:
@@ -93,7 +104,7 @@ class Gate:
 
     async def _sent(self, request: Request, asked: About) -> Response:
         try:
-            address, kept = await run_in_threadpool(self._sign_on.begin, asked)
+            address, kept = await self._heard(self._sign_on.begin, asked)
         except NotSignedOn as refused:
             self._people.log(f"nobody can be sent to {self._sign_on.settings.title}: {refused}")
             return _page(refused.word, 502)

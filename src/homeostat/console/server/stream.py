@@ -38,8 +38,10 @@ class Moments:
         self._making = asyncio.Semaphore(_AT_ONCE)
         self._made: dict[tuple[float, int, bool, Pace | None, int], str] = {}
 
-    async def play(self, at_s: float, speed: float) -> AsyncIterator[str]:
+    async def play(self, at_s: float, speed: float, lasts: Callable[[], bool]) -> AsyncIterator[str]:
         """Moments from ``at_s`` [s] on, ``speed`` process seconds per second, to the end of what is known.
+
+        Nothing more is told once ``lasts`` says that who follows would not be let in any more.
 
         Each has its process time as identifier, from which a browser goes on when the connection was lost. The whole
         of it is told at first and when something happened. The end is told where the run was closed; else it is
@@ -47,8 +49,13 @@ class Moments:
         """
         run, told, shown_s, spoke, paced = self._run, -1, -1.0, 0.0, self._run.pace
         begun, from_s = time.monotonic(), at_s
+        let_in_s = begun
         while not self._ending.is_set():
             now = time.monotonic()
+            if now - let_in_s >= _LOOK_S:
+                if not lasts():
+                    return
+                let_in_s = now
             await self._look(now)
             last_s = run.last_s
             at_s = min(from_s + speed * (now - begun), last_s)

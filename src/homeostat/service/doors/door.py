@@ -97,11 +97,13 @@ class Doors:
                 time.sleep(AGAIN_S)  # too many files are open, perhaps: the door is needed all the same
                 continue
             if not self._places.acquire(blocking=False):
-                with contextlib.suppress(OSError):
-                    caller.sendall(answer(error=f"{MOST} others are being talked to; try again"))
-                caller.close()
+                _turn_away(caller, f"{MOST} others are being talked to")
                 continue
-            threading.Thread(target=self._talk, args=(caller, role), daemon=True).start()
+            try:
+                threading.Thread(target=self._talk, args=(caller, role), daemon=True).start()
+            except RuntimeError:  # there are too many threads, or no memory for one: the door is needed all the same
+                self._places.release()
+                _turn_away(caller, "no thread can be begun")
 
     def _talk(self, caller: socket.socket, role: Role) -> None:
         try:
@@ -147,6 +149,11 @@ class Doors:
                 "what it does"
             )
         return answer(done=heard.done, reason=heard.reason, counts=heard.missing > 0)
+
+
+def _turn_away(caller: socket.socket, why: str) -> None:
+    with caller, contextlib.suppress(OSError):
+        caller.sendall(answer(error=f"{why}; try again"))
 
 
 def _asked(caller: socket.socket) -> bytes:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Final
 
 from homeostat.domain.diagnosis import by_fault_set
 from homeostat.domain.events.guard import GuardStarted, QualityChanged, RequestAnswered, Stopped, ThinkingEnded
@@ -113,6 +114,21 @@ class Facts:
         return lasting.lasted_s / self.length_s if self.length_s > 0.0 else 0.0
 
 
+_TOLD: Final = frozenset(
+    event.kind
+    for event in (
+        *(GuardStarted, ModeEntered, AlarmRaised, AlarmReturned, QualityChanged),
+        *(Attempted, Diagnosed, RequestAnswered),
+    )
+)
+"""Kinds of the events whose fields count; of the others it counts that they happened, and when."""
+
+
+def condensed(record: Record) -> Record:
+    """``record`` without fields that no fact follows from: months of a journal must fit into memory."""
+    return record if record.kind in _TOLD else replace(record, fields={})
+
+
 _COUNTED: Mapping[str, str] = {
     GuardStarted.kind: "starts of the guard",
     ThinkingEnded.kind: "deaths of thinking",
@@ -139,7 +155,8 @@ def facts_of(records: Iterable[Record], last_s: float = math.inf, until_s: float
             _leave(facts, record.at_s)
         elif record.kind == GuardStarted.kind:
             _return(facts, before_s, record.at_s)
-        _take(facts, record, tried, inside)
+        if record.kind in _TOLD:
+            _take(facts, record, tried, inside)
         before_s = record.at_s
     for lasting in (facts.unguarded, *(x for group in facts.lasting for x in group.values())):
         lasting.end(facts.to_s)
