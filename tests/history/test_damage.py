@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import resource
-from collections.abc import Iterator
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from homeostat.history.embedded.layout import EVENTS, RAW, TableFile, listed, segments_of
 from homeostat.history.embedded.reading import EmbeddedHistory
-from homeostat.history.embedded.sealing import AT_ONCE
 from homeostat.history.embedded.store import EmbeddedStore
 from homeostat.history.embedded.tidying import Tidying
 from homeostat.history.samples import ALWAYS, Batch
@@ -23,6 +23,8 @@ HOUR = 3600 * S
 HOUR_0 = T0 // HOUR * HOUR
 """The beginning of an hour."""
 TWO_HOURS = HistorySettings(raw_days=2 / 24)
+FEW = 128
+"""Files that a process may open, and tables that it has to join."""
 
 
 @pytest.fixture
@@ -104,24 +106,22 @@ def test_a_segment_of_which_no_table_can_be_made_stays_and_those_behind_it_becom
     assert EmbeddedHistory(folder).read(["T1"], ALWAYS)["T1"].length == 3
 
 
-@pytest.fixture
-def few_files() -> Iterator[int]:
+def fill_with_few_files(folder: Path) -> None:
     """A process that may open few files: a service has 1024, and an hour of small segments 3600 tables."""
-    before = resource.getrlimit(resource.RLIMIT_NOFILE)
-    opened = len(list(Path("/proc/self/fd").iterdir()))
-    resource.setrlimit(resource.RLIMIT_NOFILE, (opened + AT_ONCE + 40, before[1]))
-    yield AT_ONCE + 60
-    resource.setrlimit(resource.RLIMIT_NOFILE, before)
-
-
-def test_more_tables_than_a_process_may_open_are_joined(folder: Path, few_files: int) -> None:
+    resource.setrlimit(resource.RLIMIT_NOFILE, (FEW, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
     with EmbeddedStore(folder, HistorySettings(segment_s=1.0)) as store:
-        for k in range(few_files):
+        for k in range(FEW):
             store.append(sample(HOUR_0 + k * 1_500_000))
             store.sync()
-    fill(folder, 2)
+    print(fill(folder, 2))
+
+
+def test_more_tables_than_a_process_may_open_are_joined(folder: Path) -> None:
+    script = "import sys; from tests.history.test_damage import *; fill_with_few_files(Path(sys.argv[1]))"
+    done = subprocess.run([sys.executable, "-c", script, str(folder)], capture_output=True, text=True, timeout=60)
+    assert (done.stdout, done.returncode) == ("()\n", 0), done.stderr
     assert len([t for t in listed(folder, RAW).tables if t.to_us < HOUR_0 + HOUR]) == 1
-    assert EmbeddedHistory(folder).read(["T1"], ALWAYS)["T1"].length == few_files + 3
+    assert EmbeddedHistory(folder).read(["T1"], ALWAYS)["T1"].length == FEW + 3
 
 
 @pytest.mark.parametrize("text", ["1" * 400 + "d", "9" * 19 + "s", "0." + "1" * 400 + "s"])

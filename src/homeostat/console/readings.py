@@ -103,7 +103,7 @@ class Gathered:
         Of more than ``most`` moments, or ``most_values`` of all tags together, the oldest are let go.
         """
         named = tuple(tags)
-        self._most = max(2, min(most, most_values // (len(named) + 1)))
+        self._most = min(most, max(2, most_values // (len(named) + 1)))
         room = min(_ROOM, self._most)
         self._kept = Readings(np.empty(room), {tag: np.empty(room) for tag in named}), 0
 

@@ -14,7 +14,6 @@ from typing import Final
 
 from pyoxigraph import Literal, NamedNode, RdfFormat, Triple, parse
 
-from homeostat.journal.beside import files
 from homeostat.knowledge.build.derive import complete
 from homeostat.knowledge.build.provenance import namespace_of, seal, sources, timing
 from homeostat.knowledge.build.statements import MAPPED, stated, table_files
@@ -125,7 +124,9 @@ def main(arguments: list[str] | None = None) -> int:
         refuse_incomplete(graph)
         for line in unknown_units(_stored(graph)):
             print(f"{options.folder}: warning: {line}", file=sys.stderr)
-        files.write_whole(options.out or options.folder / GRAPH, graph)
+        from homeostat.journal.beside.files import write_whole  # whoever only reads a graph needs no journal
+
+        write_whole(options.out or options.folder / GRAPH, graph)
     except GraphError as error:
         print(f"{options.folder}: {error}", file=sys.stderr)
         return 1
