@@ -124,9 +124,9 @@ def main(arguments: list[str] | None = None) -> int:
         refuse_incomplete(graph)
         for line in unknown_units(_stored(graph)):
             print(f"{options.folder}: warning: {line}", file=sys.stderr)
-        from homeostat.journal.beside.files import write_whole  # whoever only reads a graph needs no journal
+        from homeostat.journal.beside import files  # whoever only reads a graph needs no journal
 
-        write_whole(options.out or options.folder / GRAPH, graph)
+        files.write_whole(options.out or options.folder / GRAPH, graph)
     except GraphError as error:
         print(f"{options.folder}: {error}", file=sys.stderr)
         return 1
