@@ -1,10 +1,8 @@
 """A run directory: the journal while the run goes on, what belongs to it beside, the manifest last."""
 
 import contextlib
-import fcntl
 import itertools
 import os
-import time
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
@@ -14,6 +12,7 @@ from homeostat.domain.snapshot import Trajectory
 from homeostat.journal import Followed, Journal, Manifest, Record, StoredFile, Summary
 from homeostat.journal.beside.artifacts import write_parquet
 from homeostat.journal.beside.files import JOURNAL, MANIFEST, describe, write_whole
+from homeostat.journal.beside.lock import locked
 from homeostat.journal.events import Event, Setting
 from homeostat.journal.found import Found
 from homeostat.journal.signing.keys import KeyTrouble, SigningKey, installation_key
@@ -47,17 +46,10 @@ def _held(path: Path) -> int:
     Raises RunDirectoryError where another one has it.
     """
     descriptor = os.open(path / JOURNAL, os.O_RDONLY)
-    end = time.monotonic() + LOOKED_S
-    while True:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            if time.monotonic() < end:
-                time.sleep(0.01)
-                continue
-            os.close(descriptor)
-            raise RunDirectoryError(f"run {str(path)!r} still goes on; stop it first") from None
-        return descriptor
+    if not locked(descriptor, LOOKED_S):
+        os.close(descriptor)
+        raise RunDirectoryError(f"run {str(path)!r} still goes on; stop it first")
+    return descriptor
 
 
 @final

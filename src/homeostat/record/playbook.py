@@ -5,7 +5,6 @@ import hashlib
 import json
 import os
 import stat
-import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from homeostat.domain.playbook import Entry
+from homeostat.journal.beside.lock import locked
 from homeostat.journal.chain import digest
 from homeostat.journal.encode import Json, canonical, encode_fields
 from homeostat.record.decode import made_of
@@ -161,17 +161,9 @@ def _add(descriptor: int, path: Path, lines: Iterable[bytes]) -> int:
 @contextmanager
 def _locked(descriptor: int, path: Path) -> Iterator[None]:
     """The file for this process alone; PlaybookError where another one does not give it back in time."""
-    end = time.monotonic() + WAIT_S
-    while True:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            break
-        except BlockingIOError:
-            if time.monotonic() > end:
-                raise PlaybookError(
-                    f"playbook {str(path)!r} was in use for {WAIT_S:g} s; nothing was added: wait, and run again"
-                ) from None
-            time.sleep(0.01)
+    if not locked(descriptor, WAIT_S):
+        text = f"playbook {str(path)!r} was in use for {WAIT_S:g} s"
+        raise PlaybookError(f"{text}; nothing was added: wait, and run again")
     try:
         yield
     finally:

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import json
 import os
 import stat
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO, Final, TypeVar
 
+from homeostat.journal.beside.lock import locked
+
 _T = TypeVar("_T")
 _LARGEST: Final = 10_000_000
 LOCKED_S: Final = 5.0
 """Longest wait for who else has the folder locked, wall-clock [s]: whoever may read a folder can lock it for ever."""
-_AGAIN_S: Final = 0.02
 
 
 class NotOwned(ValueError):
@@ -61,24 +60,12 @@ def changing(path: Path) -> Iterator[None]:
     """Nobody else changes the file at ``path`` meanwhile; OSError where its folder cannot be used, or stays locked."""
     descriptor = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
     try:
-        _lock(descriptor, path)
+        if not locked(descriptor, LOCKED_S):
+            why = f"another process has kept its folder locked for {LOCKED_S:g} s"
+            raise TimeoutError(errno.ETIMEDOUT, why, str(path))
         yield
     finally:
         os.close(descriptor)
-
-
-def _lock(descriptor: int, path: Path) -> None:
-    end = time.monotonic() + LOCKED_S
-    while True:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            if time.monotonic() >= end:
-                why = f"another process has kept its folder locked for {LOCKED_S:g} s"
-                raise TimeoutError(errno.ETIMEDOUT, why, str(path)) from None
-            time.sleep(_AGAIN_S)
-            continue
-        return
 
 
 def replace(path: Path, content: bytes) -> None:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -14,6 +12,7 @@ from homeostat.domain.mode import Role
 from homeostat.guard.restart.memory import FOLDED
 from homeostat.journal import BrokenChain, Record, Resumed, RunStarted, Setting
 from homeostat.journal.beside.files import JOURNAL
+from homeostat.journal.beside.lock import locked
 from homeostat.journal.chain import GENESIS
 from homeostat.journal.reading import follow
 from homeostat.links.errors import LinkError
@@ -30,8 +29,6 @@ DOORS: Final = {Role.OPERATOR: "operator.sock", Role.ENGINEER: "engineer.sock"}
 """Role -> the socket for it: whoever may open it has the role."""
 FREE_S: Final = 5.0
 """Longest wait for a directory that another process has, wall-clock [s]: a guard sees soon that it is alone."""
-AGAIN_S: Final = 0.1
-"""How often it is tried [s]."""
 LONGEST_PATH: Final = 107
 """Longest path of a local socket [byte]."""
 
@@ -54,19 +51,10 @@ def hold(directory: Path, within_s: float = FREE_S) -> int:
         )
     directory.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
-    end = time.monotonic() + within_s
-    while True:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            if time.monotonic() < end:
-                time.sleep(AGAIN_S)
-                continue
-            os.close(descriptor)
-            raise AttachError(
-                f"{str(directory)!r} is attached already; stop that service, or choose another --dir"
-            ) from None
-        return descriptor
+    if not locked(descriptor, within_s):
+        os.close(descriptor)
+        raise AttachError(f"{str(directory)!r} is attached already; stop that service, or choose another --dir")
+    return descriptor
 
 
 def begins(directory: Path) -> RunStarted | None:
