@@ -99,6 +99,7 @@ def test_whoever_stops_reading_loses_nothing_that_is_kept(tmp_path: Path, ill: s
         (("ill.csv", "--time", "when"), ("no column 'when'",)),
         (("ill.csv", "--false-alarms", "0.001"), ("0.001 cannot be told from 300", "at least 0.0067")),
         (("ill.csv", *(o for name in NAMES for o in ("--ignore", name))), ("no column of signals is left",)),
+        (("ill.csv", "--ignore", "lable"), ("--ignore 'lable': no table has it", f"has {', '.join(NAMES)}")),
         (("ill.csv", "--last", "8h"), ("for runs and histories",)),
         (("empty",), ("'empty'",)),
         ((".",), ("history",)),
@@ -124,17 +125,3 @@ def test_what_a_table_says_obeys_no_terminal(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text(text)
     done = homeostat("monitor", "t.csv", cwd=tmp_path)
     assert done.status == 1 and "\x1b" not in done.out + done.err and "flow\\x1b" in done.out
-
-
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (b"time,a\n" + b"".join(b"2026-11-25T13:00:%02d.000000001,1\n" % k for k in range(60)), "would lose data"),
-        (b"time,a\n" + b"".join(b"%d,1\n" % (1_700_000_000_000_000_001 + k) for k in range(60)), "not in range"),
-        (b"time,Temp_\xb0C\n" + b"".join(b"%d,1.0000000\n" % k for k in range(7_000)), "can't decode byte 0xb0"),
-    ],
-)
-def test_what_the_library_cannot_read_is_one_line_and_no_finding(tmp_path: Path, content: bytes, words: str) -> None:
-    (tmp_path / "odd.csv").write_bytes(content)
-    done = homeostat("monitor", "odd.csv", cwd=tmp_path)
-    refused(done, "'odd.csv' cannot be read: ", words, "convert it, or leave the column out")

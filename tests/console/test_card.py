@@ -13,13 +13,13 @@ from homeostat.console.card.card import Card
 from homeostat.console.opened import OpenedRun
 from homeostat.console.outlook import Until
 from homeostat.console.view import recorded, seen, shown
-from homeostat.console.wording import plainly
 from homeostat.domain.alternative import AlternativeKind
 from homeostat.domain.events.foresight import Foreseen
 from homeostat.domain.events.guard import Armed
 from homeostat.domain.events.recovery import Attempted, Compared, Diagnosed, ReleasedActions
 from homeostat.domain.events.trips import FallbackActivated
 from homeostat.journal import Event
+from homeostat.record.story.plain import plainly
 
 
 def first(run: OpenedRun, kind: type[Event]) -> tuple[float, Event]:

@@ -197,3 +197,48 @@ def test_a_signal_in_another_unit_is_refused_and_a_fault_is_not() -> None:
         refuse_other_units(of([[293.0], [303.0]], "a"), usual)
     refuse_other_units(of([[25.0], [303.0]], "a"), usual)
     refuse_other_units(of([[5.0]], "a"), [np.array([[1.0], [1.0]])])
+
+
+def test_nanoseconds_are_times_and_whole_numbers_of_any_length_are_numbers(tmp_path: Path) -> None:
+    moments = [1_764_075_600_000_000_001 + k * 1_000_000_000 for k in range(3)]
+    whole = {"a": [2**53 + 1, 5, 6], "b": pa.array([2**64 - 1, 1, 2], pa.uint64())}
+    pq.write_table(pa.table({"time": pa.array(moments, pa.timestamp("ns")), **whole}), tmp_path / "t.parquet")
+    read = read_table(tmp_path / "t.parquet")
+    assert read.times.tolist() == [0.0, 1.0, 2.0] and read.told(0) == "2025-11-25 13:00:00"
+    assert read.values.tolist() == [[2.0**53, 2.0**64], [5.0, 1.0], [6.0, 2.0]]
+    counted = pa.table({"time": [1_764_075_600_000_000_001 + 1000 * k for k in range(3)], "a": [1.0, 2.0, 3.0]})
+    pq.write_table(counted, tmp_path / "counted.parquet")
+    assert np.diff(read_table(tmp_path / "counted.parquet").times) == pytest.approx(1000.0, abs=300.0)
+
+
+def test_what_is_no_time_no_number_or_no_name_is_one_line(tmp_path: Path) -> None:
+    odd = {
+        "fine": pa.table({"time": [0, 1], "when": pa.array([1, 2_000_000_001], pa.timestamp("ns"))}),
+        "late": pa.table({"time": ["9999-12-31T23:00:00-05:00", "9999-12-31T23:00:01-05:00"], "a": [1, 2]}),
+        "far": pa.table({"time": pa.array([2**52, 2**52 + 1], pa.timestamp("s")), "a": [1, 2]}),
+        "bare": pa.table({"time": pa.array([1, None], pa.timestamp("ns")), "a": [1, 2]}),
+    }
+    words = {"fine": "is no number", "late": "is in no year", "far": "beyond what a calendar has", "bare": "row 2"}
+    for name, rows in odd.items():
+        pq.write_table(rows, tmp_path / f"{name}.parquet")
+        with pytest.raises(DetectionError, match=words[name]):
+            read_table(tmp_path / f"{name}.parquet")
+    (tmp_path / "latin.csv").write_bytes(b"time,Temp_\xb0C\n" + b"".join(b"%d,1.0000000\n" % k for k in range(7_000)))
+    with pytest.raises(DetectionError, match="its names are no text in UTF-8"):
+        read_table(tmp_path / "latin.csv")
+
+
+def test_a_small_file_that_swells_is_refused_unread(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reading, "MOST_PACKED", 1_000)
+    pq.write_table(pa.table({"a": pa.nulls(1_001, pa.float64())}), tmp_path / "t.parquet")
+    with pytest.raises(DetectionError, match="1001 rows of 1 columns, 1001 values; at most 1000 are read"):
+        read_table(tmp_path / "t.parquet")
+
+
+def test_what_was_left_out_is_known(tmp_path: Path) -> None:
+    read = read_table(table(tmp_path / "t.csv", "time,a,b\n0,1,2\n60,3,4\n"), ignored=("label", "b"))
+    assert (read.signals, read.left_out) == (("a",), ("b",))
+    again = of([[1.0, 2.0], [3.0, 4.0]], "a", "b").without(("label", "b"))
+    assert (again.signals, again.left_out) == (("a",), ("b",))
+    with pytest.raises(DetectionError, match="no signal is left; leave out fewer of a"):
+        again.without(("a",))

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from homeostat.console.wording import plainly
 from homeostat.domain.events.trips import TripLifted, TripLiftEnded
 from homeostat.domain.plant.rules import TripRule
 from homeostat.domain.plant.timing import Timing
 from homeostat.domain.snapshot import Snapshot
+from homeostat.record.story.plain import plainly
 from tests.guard.test_trips import HOT_BY_BALANCE, RULE, Watch, hot
 
 pytestmark = pytest.mark.quick

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -23,7 +24,8 @@ from homeostat.domain.events.recovery import (
 )
 from homeostat.domain.plant.limits import Owner
 from homeostat.domain.request import RequestStatus
-from homeostat.domain.verdict import Finding
+from homeostat.domain.verdict import Finding, Violating
+from homeostat.guard.requests.permissives import finding as judged
 from homeostat.journal.calls import ModelCalled
 from homeostat.plants.plant import load_plant
 from homeostat.record.story.story import Story
@@ -101,19 +103,33 @@ LEAVE = alternative(AlternativeKind.LEAVE, "normal", 10.81, "too hot")
 ISOLATE = alternative(AlternativeKind.FALLBACK, "isolate", 33.0, "it acts where nothing else may be done")
 
 
-def test_what_could_be_done_is_told_with_what_each_costs_and_why_it_may_not_be() -> None:
-    (line,) = Story(load_plant("cstr").description).tell(Compared("EUR", (REDUCED, LEAVE, ISOLATE), "d1"), 930.0)
-    assert str(line) == (
-        "    930 s  compared  reduced_load by search 10.2 EUR; leave alone 10.8 EUR (not admitted: too hot); "
-        "isolate by fallback 33.0 EUR (not admitted: it acts where nothing else may be done)"
-    )
+def test_what_could_be_done_is_told_line_by_line_with_what_each_costs_and_why_it_may_not_be() -> None:
+    found = Compared("EUR", (replace(REDUCED, digest="d1"), LEAVE, ISOLATE), "d1")
+    assert [str(line) for line in Story(load_plant("cstr").description).tell(found, 930.0)] == [
+        "    930 s  compared  reduced_load by search, 10.2 EUR, chosen",
+        "    930 s  compared  leave alone, 10.8 EUR; not admitted: too hot",
+        "    930 s  compared  isolate by fallback, 33.0 EUR; not admitted: it acts where nothing else may be done",
+    ]
+
+
+@pytest.mark.parametrize("margin", [-4.97, 0.4, math.nan])
+@pytest.mark.parametrize("violating", [None, Violating(36, 36, 1.0)])
+def test_why_it_may_not_be_is_told_without_a_formula(margin: float, violating: Violating | None) -> None:
+    plant = load_plant("cstr").description
+    for limit in plant.limits.limits:
+        reason = judged(limit, margin, 636.0, violating=violating).message
+        found = Compared("EUR", (replace(LEAVE, refused=reason),), "")
+        (line,) = Story(plant).tell(found, 930.0)
+        assert limit.formula.text in reason and limit.formula.text not in str(line)
+        assert limit.description in str(line) and f"({limit.name})" in str(line)
+        assert violating is None or "36 of 36 members" in str(line) or math.isnan(margin)
 
 
 @pytest.mark.parametrize(("beside", "told"), [(False, ""), (True, " of doing worse than the fallback")])
 def test_how_safe_each_is_stands_in_the_list_and_is_never_rounded_down(beside: bool, told: str) -> None:
     known = replace(REDUCED, certificate=Certificate(64, 0, 0.04941, 0.95, beside))
-    (line,) = Story(load_plant("cstr").description).tell(Compared("EUR", (known, LEAVE), "d1"), 930.0)
-    assert f"reduced_load by search 10.2 EUR, risk at most 5.0 %{told}; leave alone 10.8 EUR (not adm" in str(line)
+    line, _ = Story(load_plant("cstr").description).tell(Compared("EUR", (known, LEAVE), "d1"), 930.0)
+    assert str(line).endswith(f"reduced_load by search, 10.2 EUR, risk at most 5.0 %{told}")
 
 
 @pytest.mark.parametrize(
@@ -148,7 +164,7 @@ def test_a_comparison_of_which_nothing_comes_is_told_until_something_was_release
     list(story.tell(ReleasedActions("search", (), "d1", "reduced_load", 0.2), 931.0))
     assert story.record.acted_s == 931.0
     assert list(story.tell(nothing, 990.0)) == []
-    assert len(list(story.tell(Compared("EUR", (REDUCED, LEAVE), "d1"), 991.0))) == 1
+    assert len(list(story.tell(Compared("EUR", (REDUCED, LEAVE), "d1"), 991.0))) == 2
 
 
 def test_a_plant_that_is_nearer_a_limit_than_predicted_is_told_in_one_line() -> None:

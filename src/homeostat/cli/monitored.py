@@ -4,7 +4,6 @@ import argparse
 from pathlib import Path
 
 from homeostat.cli.arguments import UsageError
-from homeostat.detectors.error import DetectionError
 from homeostat.detectors.tables.reading import read_table
 from homeostat.detectors.tables.table import SignalTable
 from homeostat.journal.beside.files import JOURNAL, MANIFEST
@@ -16,27 +15,10 @@ def read(path: Path, options: argparse.Namespace) -> SignalTable:
     if not path.is_dir():
         if spanned != (None, None, None) or options.case is not None:
             raise UsageError(f"--last, --from, --to and --case are for runs and histories; {str(path)!r} is a file")
-        return _of_file(path, options)
+        return read_table(path, options.time, options.ignore)
     is_run = (path / JOURNAL).exists() or (path / MANIFEST).exists()
     table = _of_run(path, options) if is_run else _of_history(path, options, spanned)
-    kept = [name for name in table.signals if name not in options.ignore]
-    if not kept:
-        raise UsageError(f"nothing of {str(path)!r} is left; ignore less of {', '.join(table.signals)}")
-    return table.of(kept)
-
-
-def _of_file(path: Path, options: argparse.Namespace) -> SignalTable:
-    """The table in a file; DetectionError also where the library finds no number, time or text for what is in it."""
-    try:
-        return read_table(path, options.time, options.ignore)
-    except DetectionError:
-        raise
-    except (ValueError, ArithmeticError) as error:
-        limits = "whole numbers are read up to 2^53, times to the microsecond from year 1 to 9999, names in UTF-8"
-        raise DetectionError(
-            f"{str(path)!r} cannot be read: {' '.join(str(error).split()):.160}; {limits}: convert it, or leave the "
-            "column out with --ignore"
-        ) from error
+    return table.without(options.ignore)
 
 
 def _of_run(path: Path, options: argparse.Namespace) -> SignalTable:

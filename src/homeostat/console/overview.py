@@ -7,11 +7,11 @@ from homeostat.console.card.card import Card
 from homeostat.console.card.proposal import state_label
 from homeostat.console.outlook import Outlook, TimeLeft, Until, outlook
 from homeostat.console.situation import Situation
-from homeostat.console.wording import plainly
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.guard.settings import GuardSettings
+from homeostat.record.story.plain import plainly
 
 _ORDER = tuple(Priority)
 

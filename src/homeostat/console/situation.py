@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from homeostat.console.wording import plainly
 from homeostat.domain.events.foresight import Foreseen
 from homeostat.domain.events.guard import (
     Armed,
@@ -57,6 +56,7 @@ from homeostat.domain.recovery import Command
 from homeostat.domain.request import RequestStatus
 from homeostat.journal import Event, RunFinished, RunStarted
 from homeostat.journal.memory import Entry
+from homeostat.record.story.plain import plainly
 
 _ON_THE_WAY = (RequestStatus.RECEIVED, RequestStatus.AUTHORISED, RequestStatus.VERIFIED)
 """What the guard says of a request that it has not answered yet."""

@@ -35,7 +35,7 @@ def test_a_controller_that_reads_something_else_is_one_finding(tmp_path: Path) -
     (told,) = example("buffer_pumps", tmp_path, (CODE, '"FIC2", measured="F2"', '"FIC2", measured="F1"'))
     assert (told.where.file, told.where.row, told.where.key) == (LOOPS, 4, "FIC2")
     assert told.severity is Severity.ERROR and "holds 'F2' here" in told.what
-    assert "process.py row 24 (FIC2) its controller reads 'F1'" in told.what
+    assert "process.py line 24 (FIC2) its controller reads 'F1'" in told.what
     assert told.remedy == "write pv 'F1' here, or measured=\"F2\" there"
 
 
@@ -115,7 +115,7 @@ def test_a_controller_without_a_row_has_no_setpoint(tmp_path: Path) -> None:
         ("engineering/parameters.csv", "Kp_TIC2,", f"{gains}Kp_TIC2,"),
     )
     (told,) = example("two_tanks", tmp_path, *added)
-    assert told.where.file == LOOPS and "no row has the controller 'TIC1' of process.py row 21 (TIC1)" in told.what
+    assert told.where.file == LOOPS and "no row has the controller 'TIC1' of process.py line 21 (TIC1)" in told.what
 
 
 @pytest.mark.slow

@@ -48,7 +48,7 @@ SLIPS = {
         ("'m3/s' does not fit, 'L/s' would", "what F1 measures"),
     ),
     "a symbol in the code": Slip(
-        "process.py", 'linear_valve("flow_V1"', 'linear_valve("flow_v1"', "process.py row 8 (flow_v1)",
+        "process.py", 'linear_valve("flow_V1"', 'linear_valve("flow_v1"', "process.py line 8 (flow_v1)",
         ("stated in no table", "write 'flow_V1'", "parameters.csv row 5"),
     ),
     "a symbol in the table": Slip(
@@ -56,11 +56,11 @@ SLIPS = {
         ("needs 'tau_V1'", "give the row the name 'tau_V1'"),
     ),
     "another name for a symbol": Slip(
-        "process.py", '"flow_P2"', '"rate_of_the_last_pump"', "process.py row 10 (rate_of_the_last_pump)",
+        "process.py", '"flow_P2"', '"rate_of_the_last_pump"', "process.py line 10 (rate_of_the_last_pump)",
         ("stated in no table", "write 'flow_P2'", "parameters.csv row 7"),
     ),
     "a sensor that is not there": Slip(
-        "process.py", '"F1": feed, ', "", "process.py row 8 (F1)",
+        "process.py", '"F1": feed, ', "", "process.py line 8 (F1)",
         ("controller FIC1 reads 'F1'", 'add FLOWSHEET.sensor("F1", ...)'),
     ),
     "a sensor that no loop reads": Slip(
@@ -97,7 +97,7 @@ SLIPS = {
         "engineering/streams.csv", "feed,,,V1,\n", "", "streams.csv row 2 (V1)", ("leaves 'V1'", "none enters it"),
     ),
     "a symbol that no table states": Slip(
-        "process.py", "b1.feed(feed, ", 'b1.feed(feed * "share", ', "process.py row 11 (share)",
+        "process.py", "b1.feed(feed, ", 'b1.feed(feed * "share", ', "process.py line 11 (share)",
         ("add its row to engineering/parameters.csv",),
     ),
     "a fault without an equation": Slip(
@@ -171,7 +171,7 @@ def test_a_fault_of_an_equation_without_a_row_is_told_with_its_line_and_no_unit(
     text = (folder / "process.py").read_text("utf-8")
     (folder / "process.py").write_text(f'{text}b2.heat(-tanks.fault("B2_cooled"))\n', "utf-8")
     (only,) = [each for each in fits(folder) if each.counts]
-    assert str(only.where) == f"process.py row {text.count(chr(10)) + 1} (B2_cooled)"
+    assert str(only.where) == f"process.py line {text.count(chr(10)) + 1} (B2_cooled)"
     assert "faults.csv has no row of it: it is never there" in only.what and "severity_unit" in only.remedy
 
 

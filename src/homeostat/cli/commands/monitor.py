@@ -12,6 +12,7 @@ from homeostat.cli.monitored import read
 from homeostat.cli.table import show_table
 from homeostat.detectors.alarms import LASTING
 from homeostat.detectors.catalogue import USUAL
+from homeostat.detectors.tables.table import SignalTable
 from homeostat.detectors.watching import FALSE_ALARMS, SEED, Course, Watching, watch
 from homeostat.domain.quotation import printable
 from homeostat.journal.beside.files import write_whole
@@ -34,6 +35,7 @@ def carry_out(options: argparse.Namespace) -> int:
             [options.out / f"{name}{ending}" for name in kept for ending in (".png", ".csv")], options.force
         )
     tables, baselines = ([read(path, options) for path in paths] for paths in (options.tables, options.baseline))
+    _refuse_absent(options.ignore, [*tables, *baselines])
     courses = watch(tables, baselines, how, _notice)
     if options.out is not None:  # before anything is said: whoever reads it may go away
         _keep(options.out, dict(zip(kept, courses, strict=True)))
@@ -117,6 +119,13 @@ def _refuse_present(paths: Sequence[Path], force: bool) -> None:
     there = next((path for path in paths if path.exists()), None)
     if there is not None and not force:
         raise UsageError(f"{str(there)!r} is there already; choose another folder, or replace it with --force")
+
+
+def _refuse_absent(ignored: Sequence[str], tables: Sequence[SignalTable]) -> None:
+    """A name that is written wrongly would leave in what is meant to be left out."""
+    for name in ignored:
+        if not any(name in table.left_out for table in tables):
+            raise UsageError(f"--ignore {name!r}: no table has it; {tables[0].name} has {', '.join(tables[0].signals)}")
 
 
 def _keep(folder: Path, courses: Mapping[str, Course]) -> None:

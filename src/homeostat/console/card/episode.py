@@ -12,7 +12,6 @@ from homeostat.console.card.proposal import moves, proposal, state_label
 from homeostat.console.card.standing import current, fallen
 from homeostat.console.opened import KnownPlant
 from homeostat.console.readings import Readings
-from homeostat.console.wording import plainly
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultProbability, Symptom, by_fault_set
 from homeostat.domain.events.deviations import Deviated, Missed, Strayed
@@ -42,6 +41,7 @@ from homeostat.domain.request import RequestStatus
 from homeostat.journal.memory import Entry
 from homeostat.record.run_record import RunRecord
 from homeostat.record.story.apart import told_apart
+from homeostat.record.story.plain import plainly
 from homeostat.record.story.wording import every, lasting, who, worst
 
 E = TypeVar("E")

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Final
 
-from homeostat.console.wording import plainly
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.guard import GuardStarted
 from homeostat.domain.events.people import AlarmAcknowledged, AlarmRaised, AlarmReturned, AlarmShelved, AlarmUnshelved
 from homeostat.journal.memory import Entry
+from homeostat.record.story.plain import plainly
 
 WINDOW_S: Final = 600.0
 """Time over which alarms are counted [s]."""

@@ -13,7 +13,6 @@ from homeostat.console.card.foresight import Foresight, first_limit
 from homeostat.console.card.margins import predicted_margins
 from homeostat.console.card.proposal import state_label
 from homeostat.console.trial.question import Question, Tried
-from homeostat.console.wording import plainly
 from homeostat.domain.diagnosis import by_fault_set
 from homeostat.domain.recovery import ActionSet, Command, RecoveryPath
 from homeostat.domain.snapshot import Snapshot
@@ -21,6 +20,7 @@ from homeostat.domain.verdict import Approve, Rollout
 from homeostat.guard.sequence.sequencer import nominal_commands, what_follows
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.plants.wired.guarding import rules_of
+from homeostat.record.story.plain import plainly
 from homeostat.recovery.look.foresight import foreseen
 from homeostat.twin.twin import Twin
 

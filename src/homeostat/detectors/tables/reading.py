@@ -20,6 +20,8 @@ MOST_BYTES: Final = 1 << 30
 """Largest file that is read [byte]."""
 MOST_VALUES: Final = 10_000_000
 """Most values, rows times signals, that are judged at once."""
+MOST_PACKED: Final = 10 * MOST_VALUES
+"""Most values of a Parquet file that is read at all, before columns are left out."""
 SEPARATORS: Final = ",;\t|"
 """What may stand between the values of a CSV file: what occurs most in its first line."""
 TIMES: Final = ("time", "times", "datetime", "timestamp", "date", "time_s", "time [s]", "at_s")
@@ -43,10 +45,19 @@ def read_table(path: Path, time: str | None = None, ignored: Sequence[str] = ())
         text = f"{str(path)!r} has {size / 2**30:.1f} GiB; at most {MOST_BYTES / 2**30:.0f} GiB are read"
         raise DetectionError(f"{text}; cut it into parts or take fewer rows")
     try:
-        columns = pa.parquet.read_table(path) if path.suffix.lower() in (".parquet", ".pq") else _from_csv(path)
+        columns = _from_parquet(path) if path.suffix.lower() in (".parquet", ".pq") else _from_csv(path)
     except pa.ArrowException as error:
         raise DetectionError(f"{str(path)!r} is no table of signals: {' '.join(str(error).split()):.200}") from error
     return _table(str(path), columns, time, ignored)
+
+
+def _from_parquet(path: Path) -> Any:
+    """What is packed may be a thousand times as large: how much there is, is known beforehand."""
+    with pa.parquet.ParquetFile(path) as file:
+        if (count := file.metadata.num_rows * file.metadata.num_columns) > MOST_PACKED:
+            text = f"{str(path)!r} has {file.metadata.num_rows} rows of {file.metadata.num_columns} columns"
+            raise DetectionError(f"{text}, {count} values; at most {MOST_PACKED} are read: take fewer rows or columns")
+        return file.read()
 
 
 def _from_csv(path: Path) -> Any:
@@ -95,7 +106,12 @@ def _refuse_ragged(path: Path, separator: str, skipped: int) -> None:
 
 
 def _table(name: str, columns: Any, time: str | None, ignored: Sequence[str]) -> SignalTable:
-    names = [str(n).strip() for n in columns.schema.names]
+    try:
+        names = [str(n).strip() for n in columns.schema.names]
+    except UnicodeDecodeError:
+        raise DetectionError(
+            f"{name}: its names are no text in UTF-8; save it as CSV in UTF-8, or as Parquet"
+        ) from None
     if "" in names and "" not in ignored:
         place = names.index("") + 1
         raise DetectionError(f"{name}: column {place} has no name; give it one, or leave it out with --ignore ''")
@@ -123,10 +139,11 @@ def _table(name: str, columns: Any, time: str | None, ignored: Sequence[str]) ->
         text = f"{name}: {columns.num_rows} rows of {len(kept)} signals are more than {MOST_VALUES} values"
         raise DetectionError(f"{text}; leave signals out with --ignore, or take fewer rows")
     values = np.stack([_numbers(name, n, columns.column(names.index(n))) for n in kept], axis=1)
+    out = tuple(n for n in ignored if n in names)
     if timed is None:
-        return SignalTable(name, tuple(kept), np.arange(len(values), dtype=np.float64), values, time=None)
+        return SignalTable(name, tuple(kept), np.arange(len(values), dtype=np.float64), values, time=None, left_out=out)
     times, start = _times(name, timed, columns.column(names.index(timed)))
-    return SignalTable(name, tuple(kept), times, values, start, timed)
+    return SignalTable(name, tuple(kept), times, values, start, timed, out)
 
 
 def _numbers(name: str, signal: str, column: Any) -> Values:
@@ -140,7 +157,9 @@ def _numbers(name: str, signal: str, column: Any) -> Values:
         or pa.types.is_boolean(kind)
         or pa.types.is_decimal(kind)
     ):
-        found: Values = np.asarray(column.cast(pa.float64()).to_numpy(zero_copy_only=False), dtype=np.float64)
+        found: Values = np.asarray(
+            column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False), dtype=np.float64
+        )
         return found
     row, text = _first_text(column)
     remedy = f"leave the column out with --ignore {signal!r}, or name it with --time if it has the times"
@@ -160,6 +179,8 @@ def _is_number(text: str) -> bool:
 
 
 def _first_text(column: Any) -> tuple[int, str]:
+    if pa.types.is_temporal(column.type):  # Python has no times that are finer than a microsecond
+        column = column.cast(pa.string())
     for row, value in enumerate(column.to_pylist()):
         if value is not None and not _is_number(str(value)):
             return row, str(value)
@@ -169,7 +190,7 @@ def _first_text(column: Any) -> tuple[int, str]:
 def _times(name: str, column_name: str, column: Any) -> tuple[Values, str]:
     """Rising times from 0 [s] and the moment of 0, in UTC with a Z where zones are stated; or numbers and no moment."""
     if column.null_count:
-        row = column.to_pylist().index(None)
+        row = column.is_null().index(True).as_py()
         raise DetectionError(f"{name}: row {row + 1} of {column_name!r} has no time; complete it, or cut the row out")
     start = ""
     if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
@@ -177,7 +198,13 @@ def _times(name: str, column_name: str, column: Any) -> tuple[Values, str]:
     if pa.types.is_date(column.type):
         column = column.cast(pa.timestamp("us"))
     if pa.types.is_timestamp(column.type):
-        moments = np.asarray(column.cast(pa.timestamp("us", column.type.tz)).cast(pa.int64()).to_numpy())
+        try:  # the last digits of a nanosecond are cut off
+            finest = column if column.type.unit == "ns" else column.cast(pa.timestamp("us", column.type.tz))
+            cut = finest.cast(pa.timestamp("us", column.type.tz), safe=False)
+        except pa.ArrowInvalid:
+            remedy = "correct it, or name another column with --time"
+            raise DetectionError(f"{name}: {column_name!r} has a time beyond what a calendar has; {remedy}") from None
+        moments = np.asarray(cut.cast(pa.int64()).to_numpy())
         start = str(np.datetime64(int(moments[0]), "us")) + ("Z" if column.type.tz else "")
         times: Values = (moments - moments[0]) / 1e6
     else:
@@ -203,7 +230,11 @@ def _moments(name: str, column_name: str, texts: Sequence[str]) -> Any:
                 f"{name}: {text!r:.60} in row {row + 1} of {column_name!r} is no time; {remedy}"
             ) from None
         zoned = zoned and moment.tzinfo is not None
-        found.append(moment.replace(tzinfo=None) - (moment.utcoffset() or moment - moment))
+        try:
+            found.append(moment.replace(tzinfo=None) - (moment.utcoffset() or moment - moment))
+        except OverflowError:
+            text = f"{name}: {text!r:.60} in row {row + 1} of {column_name!r} is in no year from 1 to 9999 in UTC"
+            raise DetectionError(f"{text}; correct it, or name another column with --time") from None
     return pa.array(found, pa.timestamp("us", "UTC" if zoned else None))
 
 

@@ -32,6 +32,8 @@ class SignalTable:
     """The moment of time 0 in ISO 8601, with a Z in UTC; empty where the times are not of the calendar."""
     time: str | None = ""
     """Name of the column that had the times; empty where they were in none, None where rows are counted."""
+    left_out: tuple[str, ...] = ()
+    """Names of the columns of its source that were left out."""
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -61,6 +63,13 @@ class SignalTable:
         """The same with the columns ``signals``, in their order."""
         places = [self.signals.index(name) for name in signals]
         return replace(self, signals=tuple(signals), values=self.values[:, places])
+
+    def without(self, signals: Sequence[str]) -> Self:
+        """The same with the columns ``signals`` left out, where it has them; DetectionError where none is left."""
+        kept = [name for name in self.signals if name not in signals]
+        if not kept:
+            raise DetectionError(f"{self.name}: no signal is left; leave out fewer of {', '.join(self.signals)}")
+        return replace(self.of(kept), left_out=tuple(name for name in signals if name in self.signals))
 
     def filled(self) -> Self:
         """The same with every value known: the last one stands for what is missing, the first for what is before it.

@@ -35,8 +35,9 @@ class Place:
 
     def __str__(self) -> str:
         """As a message names it."""
-        row = "" if self.row is None else f" row {self.row}"
-        return f"{self.file}{row}" + (f" ({self.key})" if self.key else "")
+        called = "row" if self.file.endswith(".csv") else "line"
+        where = "" if self.row is None else f" {called} {self.row}"
+        return f"{self.file}{where}" + (f" ({self.key})" if self.key else "")
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,7 @@
 """A run told line by line: live from its trace, or again from its journal; both give the same lines."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -42,6 +43,7 @@ from homeostat.record.story.apart import told_apart
 from homeostat.record.story.folding import ATTEMPT, Folding
 from homeostat.record.story.guard import GuardStory
 from homeostat.record.story.line import Line, Tone
+from homeostat.record.story.plain import plainly
 from homeostat.record.story.wording import commands, compared, lasting, named, probabilities, quantity, who, worst
 
 _MOST_DETAIL = 400
@@ -82,7 +84,8 @@ class Story:
     def tell(self, event: Event, at_s: float) -> Iterator[Line]:
         """The lines of one event, with what happened in the plant before it; what says the same again is counted."""
         self.record(event, at_s)
-        yield from self._folding.fold(event, at_s, self._lines(event, at_s))
+        told = (replace(line, text=plainly(line.text)) for line in self._lines(event, at_s))
+        yield from self._folding.fold(event, at_s, told)
 
     def _lines(self, event: Event, at_s: float) -> Iterator[Line]:
         yield from self._pass_time(at_s)
@@ -119,7 +122,7 @@ class Story:
             case Remarked():
                 yield _remark(event, at_s)
             case Compared() if event.chosen or self.record.acted_s is None:
-                yield Line(at_s, "compared", compared(event), Tone.MUTED)
+                yield from (Line(at_s, "compared", text, Tone.MUTED) for text in compared(event))
             case GaveUp() if self.record.acted_s is None:
                 yield Line(at_s, "gave up", event.reason, Tone.MUTED)
             case NotAsked() if self.record.acted_s is None:

@@ -1,7 +1,7 @@
 """How quantities, probabilities and commands are put to the operator."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.cost import KNOWING
@@ -71,9 +71,11 @@ def commands(orders: Iterable[Command], plant: PlantDescription) -> str:
     return ", ".join(command(order, plant) for order in orders) or "no command"
 
 
-def compared(event: Compared) -> str:
+def compared(event: Compared) -> Iterator[str]:
     """What could be done, the cheapest first, with cost and certificate, and why some of it may not be done."""
-    return "; ".join(_alternative(a, event.currency) for a in event.alternatives)
+    for alternative in event.alternatives:
+        chosen = bool(event.chosen) and alternative.digest == event.chosen
+        yield _alternative(alternative, event.currency) + ", chosen" * chosen
 
 
 def _alternative(alternative: Alternative, currency: str) -> str:
@@ -85,13 +87,13 @@ def _alternative(alternative: Alternative, currency: str) -> str:
         what = f"{alternative.kind.value} {end} for {seconds} by {by}"
     elif alternative.kind is not AlternativeKind.LEAVE:
         what = f"{end} by {by}"
-    text = f"{what} {alternative.cost.total:.1f} {currency}"
+    text = f"{what}, {alternative.cost.total:.1f} {currency}"
     knowing = -sum(item.amount for item in alternative.cost.items if item.name == KNOWING)
     if knowing:
         text = f"{text} with {knowing:.1f} {currency} taken off for knowing more"
     if (certificate := alternative.certificate) is not None:
         text = f"{text}, risk at most {certificate.percent} %{' of doing worse than the fallback' * certificate.beside}"
-    return text if alternative.admitted else f"{text} (not admitted: {alternative.refused})"
+    return text if alternative.admitted else f"{text}; not admitted: {alternative.refused}"
 
 
 def lasting(event: Attempted) -> str:

@@ -83,9 +83,10 @@ class Keeper:
         """Connect, watch, and connect again, with longer and longer waits as long as nothing comes of it."""
         wait_s = self._connection.retry_s
         while not self._ended:
-            session = Session(self._connection, self._security, self._board)
+            session: Session | None = None
             try:
                 try:
+                    session = Session(self._connection, self._security, self._board)
                     await asyncio.wait_for(session.connect(), self._connection.answer_s)
                     await asyncio.wait_for(session.open(self._nodes, self._written), OPEN * self._connection.answer_s)
                     began_s = time.monotonic()
@@ -97,7 +98,7 @@ class Keeper:
             finally:
                 self._lose()
                 pause_s = 0.0 if self._ended else wait_s * random.uniform(0.8, 1.2)
-                await asyncio.gather(session.close(), self._pause(pause_s))
+                await asyncio.gather(self._pause(pause_s), *(() if session is None else (session.close(),)))
             wait_s = min(2.0 * wait_s, self._connection.retry_most_s)
 
     async def _watch(self, session: Session) -> str:
