@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from homeostat.links.errors import LinkError
+from homeostat.links.opcua.commissioning import browse as commissioning_browse
 from homeostat.links.opcua.commissioning.browse import ServerNode, connected, variables
 from homeostat.links.opcua.commissioning.check import Checked, check
 from homeostat.links.opcua.commissioning.draft import Draft, draft
@@ -26,7 +27,9 @@ def drafted(served: Served, plant: bool = True) -> Draft:
 
     async def browse() -> Draft:
         async with connected(url, Security(served.pki)) as client:
-            return draft(url, await variables(client), RULES if plant else None, await client.get_namespace_array())
+            nodes, whole = await variables(client)
+            assert whole
+            return draft(url, nodes, RULES if plant else None, await client.get_namespace_array())
 
     return asyncio.run(browse())
 
@@ -125,6 +128,19 @@ def test_bad_quality_is_a_problem(served: Served) -> None:
         if (line := checked(served, tank_content(served.port))["T"]).problems:
             break
     assert "BadSensorFailure (0x808C0000)" in line.problems[0]
+
+
+def test_of_a_server_with_no_end_the_nearest_is_listed_and_it_is_known_that_there_is_more(
+    served: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def browse() -> tuple[list[ServerNode], bool]:
+        async with connected(f"opc.tcp://127.0.0.1:{served.port}/homeostat/", Security(served.pki)) as client:
+            return await variables(client)
+
+    every, whole = asyncio.run(browse())
+    monkeypatch.setattr(commissioning_browse, "MOST", len(every) - 1)
+    some, whole_too = asyncio.run(browse())
+    assert whole and not whole_too and 0 < len(some) < len(every) and some == every[: len(some)]
 
 
 def test_a_server_that_is_not_there_is_told_in_one_line() -> None:

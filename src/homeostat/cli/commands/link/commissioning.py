@@ -19,7 +19,7 @@ from homeostat.plants.wired.assembly import guard_rules
 def draft(options: argparse.Namespace) -> int:
     """Browse a server and write a mapping; 0, or 1 where tags of the plant have no node."""
     need_opcua()
-    from homeostat.links.opcua.commissioning.browse import connected, variables
+    from homeostat.links.opcua.commissioning.browse import MOST, connected, variables
     from homeostat.links.opcua.commissioning.draft import Draft
     from homeostat.links.opcua.commissioning.draft import draft as drafted
 
@@ -28,12 +28,16 @@ def draft(options: argparse.Namespace) -> int:
     rules = None if options.plant is None else guard_rules(load_plant(options.plant, learned=False))
     security = _security(options)
 
-    async def browse() -> Draft:
+    async def browse() -> tuple[Draft, bool]:
         async with connected(options.url, security) as client:
-            return drafted(options.url, await variables(client), rules, await client.get_namespace_array())
+            nodes, whole = await variables(client)
+            return drafted(options.url, nodes, rules, await client.get_namespace_array()), whole
 
-    made = asyncio.run(browse())
+    made, whole = asyncio.run(browse())
     write_whole(options.out, made.text.encode())
+    if not whole:
+        text = f"{options.url} has more than {MOST} nodes, of which the nearest were looked at; write in what is missing"
+        print(printable(f"homeostat: {text}"), file=sys.stderr)
     for tag in made.missing:
         print(printable(f"{tag}: no node was found"))
     print(printable(f"{options.out}: {made.tags} tags; check every line of it"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -21,8 +22,8 @@ from homeostat.links.opcua.security.security import Security
 
 ANSWER_S: Final = 10.0
 """Longest wait for an answer [s]."""
-MOST: Final = 20_000
-"""Most variables that are listed."""
+MOST: Final = 50_000
+"""Most nodes that are looked at: a server can make up folders without end."""
 _WRITE_BIT: Final = 2
 
 
@@ -70,22 +71,20 @@ async def connected(url: str, security: Security) -> AsyncIterator[Client]:
         await client.disconnect()
 
 
-async def variables(client: Client) -> list[ServerNode]:
-    """Every variable below the server's objects but those that the standard defines."""
-    waiting, seen = [client.nodes.objects], {client.nodes.objects.nodeid}
-    found: list[Any] = []
-    while waiting and len(found) < MOST:
-        node = waiting.pop()
-        for child in await node.get_children_descriptions(ObjectIds.HierarchicalReferences):
+async def variables(client: Client) -> tuple[list[ServerNode], bool]:
+    """The variables below the server's objects but those of the standard, the nearest first; whether these are all."""
+    waiting, seen = deque([client.nodes.objects]), {client.nodes.objects.nodeid}
+    found: list[str] = []
+    while waiting and len(seen) < MOST:
+        for child in await waiting.popleft().get_children_descriptions(ObjectIds.HierarchicalReferences):
             if child.NodeId in seen or child.NodeId.NamespaceIndex == 0:
                 continue
             seen.add(child.NodeId)
-            if child.NodeClass is ua.NodeClass.Variable:
-                if child.TypeDefinition.Identifier != ObjectIds.PropertyType:
-                    found.append(client.get_node(child.NodeId))
-            else:
+            if child.NodeClass is not ua.NodeClass.Variable:
                 waiting.append(client.get_node(child.NodeId))
-    return await described(client, [node.nodeid.to_string() for node in found])
+            elif child.TypeDefinition.Identifier != ObjectIds.PropertyType:
+                found.append(client.get_node(child.NodeId).nodeid.to_string())
+    return await described(client, found[:MOST]), not waiting and len(found) <= MOST
 
 
 async def described(client: Client, addresses: Sequence[str]) -> list[ServerNode]:
