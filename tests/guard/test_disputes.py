@@ -68,7 +68,9 @@ def test_a_violation_that_no_reading_shows_says_what_the_reading_is_taken_to_be(
     (told,) = w.watch.judge(w.now_s + 1.0, Snapshot(w.now_s + 1.0, hot(311.0)), "running")
     assert "; 'T' reads 311 and is taken to be 316 (LIM-HOT)" in told.reason
     assert "is taken to be" in plainly(told.reason) and "LIM-HOT" in plainly(told.reason)
-    (seen,) = w.watch.judge(w.now_s + 2.0, Snapshot(w.now_s + 2.0, hot(318.0)), "running")
+    (little,) = w.watch.judge(w.now_s + 2.0, Snapshot(w.now_s + 2.0, hot(308.5)), "running")
+    assert "'T' reads 308.5 and is taken to be 313.5" in little.reason
+    (seen,) = w.watch.judge(w.now_s + 3.0, Snapshot(w.now_s + 3.0, hot(318.0)), "running")
     assert "taken to be" not in seen.reason, "the reading shows it"
 
 

@@ -27,8 +27,8 @@ def mutate(*arguments: str) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize(("sample", "least"), [(30, 27), pytest.param(100, 95, marks=pytest.mark.wide)])
 def test_mutants_of_the_trips_are_noticed_by_the_tests_of_the_trips(sample: int, least: int) -> None:
     names = ("trips", "trip_edges", "trip_leads", "trip_times", "trial", "jumps", "disputes", "falls", "unseen")
-    tests = [f"guard/test_{name}.py" for name in names]
-    done = mutate("--modules", "watch.trips", "--sample", str(sample), "--seed", "1", "--tests", *tests)
+    modules, tests = ("watch.trips", "watch.watched"), [f"guard/test_{name}.py" for name in names]
+    done = mutate("--modules", *modules, "--sample", str(sample), "--seed", "1", "--tests", *tests)
     noticed, asked = (int(word) for word in done.stdout.splitlines()[-1].split()[:3:2])
     assert asked == sample and noticed >= least, done.stdout + done.stderr
 

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from homeostat.domain.events.trips import TripLifted
 from homeostat.domain.plant.limits import Limit, LimitKind, Limits
@@ -184,6 +186,45 @@ def test_the_carrier_watches_while_a_reading_is_uncertain() -> None:
     w = Watch()
     found = [w.judge(hot(300.0, tx=314.5), uncertain="T") for _ in range(3)]
     assert found == [(), (), ("LIM-HOT",)]
+
+
+def test_what_carries_a_limit_trips_by_the_sum_that_the_limit_itself_would_trip_by() -> None:
+    """The sum is 7, 0, 7, 0 K s where 8 are allowed; with one violation more in a row it is 14."""
+    w = Watch()
+    for k in range(6):
+        assert w.judge(hot(312.0, 311.5 + (7.0 if k % 2 == 0 else -9.0)), uncertain="T") == ()
+    w = Watch()
+    assert w.judge(hot(312.0, 318.5), uncertain="T") == ()
+    assert w.judge(hot(312.0, 318.5), uncertain="T") == ("LIM-HOT",)
+
+
+def test_what_carries_a_limit_takes_back_what_it_has_shown_and_nothing_that_the_reading_has() -> None:
+    w = Watch()
+    assert w.judge(hot(318.0, 300.0)) == (), "the reading has shown 5 K s"
+    assert w.judge(hot(318.0, 313.5), uncertain="T") == (), "and what carries it 2 more"
+    assert w.judge(hot(318.0, 300.0), uncertain="T") == (), "which it takes back"
+    assert w.judge(hot(318.0, 314.0), uncertain="T") == (), "5 + 2.5"
+    assert w.judge(hot(318.0, 310.5), uncertain="T") == (), "5 + 1.5"
+    assert w.judge(hot(318.0, 313.5), uncertain="T") == ("LIM-HOT",), "5 + 3.5"
+
+
+def test_what_carries_a_limit_ends_no_trip() -> None:
+    w = Watch()
+    assert w.judge(hot(322.0)) == ("LIM-HOT",), "9 K s"
+    for _ in range(5):
+        assert w.judge(hot(322.0, 300.0), uncertain="T") == ("LIM-HOT",), "nobody has seen that it is over"
+    assert w.judge(hot(309.0)) == ("LIM-HOT",) and w.judge(hot(307.0)) == (), "9 - 4 - 6"
+
+
+@given(st.lists(st.floats(-12.0, 12.0), min_size=1, max_size=6))
+def test_while_a_reading_is_not_believed_the_sum_is_that_of_what_carries_it(margins: list[float]) -> None:
+    w, total = Watch(), 0.0
+    for margin in margins:
+        total = max(0.0, total - margin)
+        tripped = w.judge(hot(312.0, 311.5 - margin), uncertain="T")
+        assert abs(total - 8.0) < 1e-6 or bool(tripped) is (total > 8.0)
+        if tripped:
+            break
 
 
 def test_a_carrier_that_good_readings_have_refuted_for_long_trips_nothing() -> None:

@@ -10,7 +10,7 @@ that could not be kept otherwise is watched with a lead: its margin is that much
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from homeostat.domain.events.trips import TripLifted, TripLiftEnded
 from homeostat.domain.plant.limits import Limit
@@ -22,6 +22,7 @@ from homeostat.guard.watch.falls import Falls
 from homeostat.guard.watch.jumps import Jumps
 from homeostat.guard.watch.start_up import StartUpPhase
 from homeostat.guard.watch.violations import Errors, Violation, corrected_margin, margin_of, unreadable, violation
+from homeostat.guard.watch.watched import Watched, cumulated, used
 from homeostat.stl.formula import Formula
 
 NEAR = 0.5
@@ -40,53 +41,6 @@ MOST = 100
 """Most explanations that a correction may have."""
 
 
-@dataclass(slots=True)
-class _Watched:
-    """What is remembered of one limit."""
-
-    raw: float = 0.0
-    corrected: float = 0.0
-    blind_s: float = 0.0
-    doubted_s: float = 0.0
-    refuted_s: float = 0.0
-    refuted: bool = False
-    violated: bool = False
-    disputed: bool = False
-    disputed_s: float = 0.0
-    begun: float = 0.0
-    smooth: float = 0.0
-    best: float = 0.0
-    lifted_s: float = 0.0
-    lifting: bool = False
-    uncarried: float = 0.0
-    uncarried_s: float = 0.0
-    said: float = 0.0
-    said_s: float = 0.0
-    fell: bool = False
-    fell_until_s: float = -math.inf
-
-    def refute(self, contradicted: bool, dt_s: float, grace_s: float) -> None:
-        """Add up for how long readings contradict what carries the limit.
-
-        What they have contradicted for longer than ``grace_s`` [s] carries nothing until both agree for as long: one
-        wild reading that agrees says nothing about it.
-        """
-        self.refuted_s = _used(self.refuted_s, dt_s, grace_s, contradicted)
-        self.refuted = self.refuted_s > (0.0 if self.refuted else grace_s)
-
-    def hear(self, said: float, dt_s: float, counted_s: float, cusum: float) -> None:
-        """Add up what the very reading says, and for how long, believed or not; NaN says nothing.
-
-        What was not believed and has come back is forgotten.
-        """
-        if math.isnan(said):
-            return
-        self.said = _cumulated(self.said, said, counted_s, cusum)
-        if said >= 0.0:
-            self.said = min(self.said, self.raw)
-        self.said_s = self.said_s + dt_s if self.said > 0.0 else 0.0
-
-
 class TripWatch:
     """Judges every hard limit once per tick, whether or not anything is latched."""
 
@@ -103,7 +57,7 @@ class TripWatch:
         self._refuted_s, self._comes_back_s = rules.timing.times_s((REFUTED_S, COMES_BACK_S))
         self._limits = {limit.name: limit for limit in rules.limits.hard}
         self._trips = {name: rules.trips.get(name, TripRule(name)) for name in self._limits}
-        self._watched = {name: _Watched() for name in self._limits}
+        self._watched = {name: Watched() for name in self._limits}
         self._falls = {name: Falls(trip.fastest, self._tick_s) for name, trip in self._trips.items()}
         self._errors: tuple[Errors, ...] = ({},)
         self._fresh = False
@@ -156,8 +110,8 @@ class TripWatch:
         for name, watched in self._watched.items():
             limit = self._in_force(name)
             margin = margin_of(limit.watched, readings.values)
-            used = max(watched.raw, 0.0 if watched.disputed else watched.corrected)
-            if math.isnan(margin) or (not watched.lifting and used > NEAR * self._trips[name].cusum):
+            most = max(watched.raw, 0.0 if watched.disputed else watched.corrected)
+            if math.isnan(margin) or (not watched.lifting and most > NEAR * self._trips[name].cusum):
                 found.append(violation(limit, margin, readings.values))
         return tuple(found)
 
@@ -183,7 +137,7 @@ class TripWatch:
         if self._starting is not None and starting is not self._starting:
             for name in self._rules.start_up.limits.keys() & self._watched.keys():
                 watched = self._watched[name]
-                watched.raw, watched.corrected, watched.violated = 0.0, 0.0, False
+                watched.raw, watched.borne, watched.corrected, watched.violated = 0.0, 0.0, 0.0, False
                 watched.disputed, watched.said, watched.said_s = False, 0.0, 0.0
                 self._falls[name].forget()
         self._starting = starting
@@ -198,7 +152,7 @@ class TripWatch:
         blind = _blind(limit, rule, watched, said, dt_s, readings)
         uncertain = not math.isnan(said) and readings is not None and bool(limit.formula.tags & readings.uncertain)
         unbelieved = uncertain or self._has_fallen(watched, rule, said, values, now_s)
-        watched.doubted_s = _used(watched.doubted_s, dt_s, rule.grace_s, unbelieved)
+        watched.doubted_s = used(watched.doubted_s, dt_s, rule.grace_s, unbelieved)
         if unbelieved and said < 0.0:  # and has been since the reading first violated the limit
             watched.doubted_s = max(watched.doubted_s, watched.said_s + dt_s)
         doubted = math.isnan(said) or (unbelieved and watched.doubted_s <= rule.grace_s)
@@ -207,24 +161,28 @@ class TripWatch:
                 watched.raw = max(watched.raw, watched.said)
             contradicted = said > 0.0 and rule.carrier is not None and margin_of(rule.carrier, values) < 0.0
             watched.refute(contradicted, dt_s, self._refuted_s)
+            watched.borne = 0.0
         # What carries a limit takes back nothing that its readings have shown.
         carried = self._carried(rule, watched, readings) if doubted and not watched.refuted else None
-        raw = said if carried is None else min(carried, 0.0)
         counted_s = min(dt_s, LONGEST * self._tick_s)
+        raw = said if carried is None else min(carried, 0.0)
+        added = raw if carried is None or watched.violated else watched.bear(carried, counted_s, rule.cusum)
         watched.hear(said, dt_s, counted_s, rule.cusum)
         if math.isnan(raw):  # a violated limit has not come back because nobody sees it any more
             return blind or (violation(limit, raw, values) if watched.violated else None)
-        explained = self._explained(limit, values) or (raw,)
+        refuting = self._explained(limit, values)
+        explained = refuting or (raw,)
         told, unjumped = min(explained), min(self._unjumped(limit, values), default=math.inf)
         if self._fresh and watched.lifting and not watched.violated and min(said, told, unjumped) >= 0.0:
             # What a correction showed alone, and the carrier refuted, goes with it.
             watched.corrected = min(watched.corrected, watched.raw)
         corrected = min(told, unjumped)
-        watched.raw = _cumulated(watched.raw, raw, counted_s, rule.cusum)
+        watched.raw = cumulated(watched.raw, added, counted_s, rule.cusum)
         self._dispute(rule, watched, said, told, dt_s, uncertain)
-        counted = unjumped if watched.disputed else corrected  # a jump is no correction that somebody made
+        # A jump is no correction that somebody made.
+        counted = unjumped if watched.disputed else min(told if refuting else added, unjumped)
         if math.isfinite(counted):
-            watched.corrected = _cumulated(watched.corrected, counted, counted_s, rule.cusum)
+            watched.corrected = cumulated(watched.corrected, counted, counted_s, rule.cusum)
         size = max(explained) - (raw if math.isnan(said) else said)
         carries = self._carries(rule, watched, readings, dt_s)
         lifted = carries and watched.raw > rule.cusum and self._may_lift(rule, watched, size, explained, said)
@@ -267,7 +225,7 @@ class TripWatch:
         return replace(found, reason=f"{before}; {', '.join(taken)}{name}{after}")
 
     def _dispute(
-        self, rule: TripRule, watched: _Watched, said: float, corrected: float, dt_s: float, steps: bool
+        self, rule: TripRule, watched: Watched, said: float, corrected: float, dt_s: float, steps: bool
     ) -> None:
         """Whether it is open who is right about a violation that a correction alone shows, for the grace time.
 
@@ -288,7 +246,7 @@ class TripWatch:
         if comes_back:
             watched.best = watched.smooth
         if not comes_back:
-            watched.disputed_s = _used(watched.disputed_s, dt_s, rule.grace_s, watched.disputed)
+            watched.disputed_s = used(watched.disputed_s, dt_s, rule.grace_s, watched.disputed)
         watched.disputed = watched.disputed and watched.disputed_s <= rule.grace_s
 
     def _explained(self, limit: Limit, values: Mapping[str, float]) -> tuple[float, ...]:
@@ -305,7 +263,7 @@ class TripWatch:
         return () if math.isnan(margin) else (margin,)
 
     def _has_fallen(
-        self, watched: _Watched, rule: TripRule, said: float, values: Mapping[str, float], now_s: float
+        self, watched: Watched, rule: TripRule, said: float, values: Mapping[str, float], now_s: float
     ) -> bool:
         """Whether a violation came faster than the process can, and what carries the limit says that there is none."""
         if self._falls[rule.limit].take(said, values):
@@ -314,7 +272,7 @@ class TripWatch:
         came = said < 0.0 and now_s < watched.fell_until_s
         return came and carrier is not None and margin_of(carrier, values) >= 0.0
 
-    def _carried(self, rule: TripRule, watched: _Watched, readings: Snapshot | None) -> float | None:
+    def _carried(self, rule: TripRule, watched: Watched, readings: Snapshot | None) -> float | None:
         """Least margin of what carries the limit under any explanation; None where nothing does, or not now."""
         carrier = _carrier(rule, watched)
         if self._starting or carrier is None or readings is None or carrier.tags & readings.uncertain:
@@ -322,24 +280,24 @@ class TripWatch:
         margins = [corrected_margin(carrier, readings.values, errors) for errors in ({}, *self._errors)]
         return None if any(map(math.isnan, margins)) else min(margins)
 
-    def _carries(self, rule: TripRule, watched: _Watched, readings: Snapshot | None, dt_s: float) -> bool:
+    def _carries(self, rule: TripRule, watched: Watched, readings: Snapshot | None, dt_s: float) -> bool:
         """Whether something carries the limit, so that a trip may be lifted or go on being so.
 
         While one is, a noisy reading of what carries the limit ends that as little as one of the limit's own trips: it
         may be blind for the grace time, and its violations add up as those of the limit do.
         """
         carried = self._carried(rule, watched, readings)
-        watched.uncarried_s = _used(watched.uncarried_s, dt_s, rule.grace_s, watched.lifting and carried is None)
+        watched.uncarried_s = used(watched.uncarried_s, dt_s, rule.grace_s, watched.lifting and carried is None)
         if not watched.lifting:
             watched.uncarried = 0.0
             return carried is not None and carried >= 0.0
         if carried is not None:
             counted_s = min(dt_s, LONGEST * self._tick_s)
-            watched.uncarried = _cumulated(watched.uncarried, carried, counted_s, rule.cusum)
+            watched.uncarried = cumulated(watched.uncarried, carried, counted_s, rule.cusum)
         return watched.uncarried_s <= rule.grace_s and watched.uncarried <= rule.cusum
 
     def _may_lift(
-        self, rule: TripRule, watched: _Watched, size: float, explained: tuple[float, ...], said: float
+        self, rule: TripRule, watched: Watched, size: float, explained: tuple[float, ...], said: float
     ) -> bool:
         """Whether a correction of this ``size`` may keep a reading from tripping while something carries its limit.
 
@@ -350,7 +308,7 @@ class TripWatch:
         bounded = size <= rule.lift and watched.lifted_s < rule.lift_s
         return refuted and bounded and watched.corrected <= rule.cusum
 
-    def _may_hold(self, rule: TripRule, watched: _Watched, size: float, said: float) -> bool:
+    def _may_hold(self, rule: TripRule, watched: Watched, size: float, said: float) -> bool:
         """Whether a violation that a correction of this ``size`` alone shows may wait: reading and carrier refute it.
 
         An error that has ended is corrected for until recovery has noticed. What has tripped waits for nothing.
@@ -358,7 +316,7 @@ class TripWatch:
         bounded = size <= rule.lift and watched.lifted_s < rule.lift_s
         return not watched.violated and said >= 0.0 and watched.raw <= rule.cusum and bounded
 
-    def _lift(self, rule: TripRule, watched: _Watched, now_s: float, dt_s: float) -> None:
+    def _lift(self, rule: TripRule, watched: Watched, now_s: float, dt_s: float) -> None:
         carrier = _carrier(rule, watched)
         if not watched.lifting and carrier is not None:
             watched.lifting = True
@@ -366,35 +324,22 @@ class TripWatch:
         watched.lifted_s += dt_s
 
 
-def _carrier(rule: TripRule, watched: _Watched) -> Formula | None:
+def _carrier(rule: TripRule, watched: Watched) -> Formula | None:
     """What carries the limit, as its margin came down."""
     return rule.fallen if watched.fell and rule.fallen is not None else rule.carrier
 
 
 def _blind(
-    limit: Limit, rule: TripRule, watched: _Watched, said: float, dt_s: float, readings: Snapshot | None
+    limit: Limit, rule: TripRule, watched: Watched, said: float, dt_s: float, readings: Snapshot | None
 ) -> Violation | None:
     """A limit that cannot be judged is violated after its grace time; counted in ticks, should the clock stand.
 
     It is seen to be violated where it was so, or on its way to a trip, when its reading was lost.
     """
-    watched.blind_s = _used(watched.blind_s, dt_s, rule.grace_s, math.isnan(said))
+    watched.blind_s = used(watched.blind_s, dt_s, rule.grace_s, math.isnan(said))
     if watched.blind_s <= rule.grace_s:
         return None
     text = f"{limit.formula.text!r} could not be judged for {watched.blind_s:g} s; {rule.grace_s:g} s are allowed"
     text = f"{text}: {unreadable(limit.formula, readings)} ({rule.limit})"
     seen = watched.violated or watched.said > 0.0
     return Violation(rule.limit, math.nan, limit.formula.unit, text, seen)
-
-
-def _used(before_s: float, dt_s: float, grace_s: float, uses: bool) -> float:
-    """How much of a grace time is used up after ``dt_s`` more; it comes back no faster than it was used [s].
-
-    Otherwise one good reading now and then would put a trip off for ever.
-    """
-    return before_s + dt_s if uses else max(min(before_s, grace_s) - dt_s, 0.0)
-
-
-def _cumulated(before: float, margin: float, dt_s: float, most: float) -> float:
-    """The cumulative sum after ``dt_s`` more at ``margin``; it stops a little above what trips, so that it can fall."""
-    return min(max(0.0, before - margin * dt_s), most + (most or 1.0))
