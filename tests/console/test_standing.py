@@ -202,7 +202,8 @@ EVENTS = (
     ACCEPTED, CONFIRMED,
     said("confirmed", "b"), NO, EXPIRED, LATE, TRIPPED, BUSY, said("failed"), released(), released("b"), ACTED, LATCHED,
     AGAIN_OFFERED, STARTED, SENT,
-    RESET, AGAIN, GONE, LEFT, OVER, LOOK, Diagnosed((), ()), Concluded("x"), ModeEntered("approve", "Ada"), StateEntered("x"),
+    RESET, AGAIN, GONE, LEFT, OVER,
+    LOOK, Diagnosed((), ()), Concluded("x"), ModeEntered("approve", "Ada"), StateEntered("x"),
     ReleaseRefused("search", "a", (HOT,)), GaveUp("search", "x"), ENDED,
 )  # fmt: skip
 
