@@ -13,8 +13,10 @@ from typing import Any
 
 import pytest
 
+from homeostat.cli.commands.console import opened
 from homeostat.console.opened import OpenedRun
-from homeostat.console.view import shown
+from homeostat.console.outlook import Until
+from homeostat.console.view import seen, shown
 from tests.cli.command import COMMAND, LIMIT_S, environment
 from tests.console.served import Served, accounts, served
 from tests.console.test_dead_connection import held, until
@@ -160,3 +162,18 @@ def test_a_dialog_says_how_it_is_now_and_not_when_it_was_opened(browser: Any, li
         other.locator("dialog select").select_option("observe")
         assert "✓ Done" in confirm(other, "Bo")
         one.locator("dialog p", has_text="It is observe now.").wait_for()
+
+
+def test_what_was_judged_before_a_limit_was_violated_is_not_said_to_be_safe(page: Any, advised_run: Path) -> None:
+    run = opened(advised_run, None)
+    moments = [at_s for at_s in range(900, int(run.last_s)) if (c := seen(run, at_s).card) and c.proposal]
+    beyond_s = next(s for s in reversed(moments) if seen(run, s).overview.left.until is Until.BEYOND)
+    ahead_s = next(s for s in moments if seen(run, s).overview.left.until is Until.LIMIT)
+    answer = page.locator(".answers > div", has_text="Why it is safe")
+    with served(advised_run) as server:
+        for at_s, words in ((ahead_s, "to spare at worst"), (beyond_s, "■ A hard limit is violated")):
+            page.goto("about:blank")
+            page.goto(f"{server.address}#t={at_s}")
+            answer.wait_for()
+            assert words in answer.locator(".big").inner_text()
+            assert re.search(r"judged at \d+ s", answer.inner_text())

@@ -10,6 +10,7 @@ from homeostat.console.outlook import changes_s, outlook
 from homeostat.console.overview import Overview, overview
 from homeostat.console.situation import Situation, situation
 from homeostat.domain.alarm import Priority
+from homeostat.domain.events.foresight import Foreseen
 from homeostat.domain.events.guard import (
     GuardStarted,
     QualityChanged,
@@ -122,6 +123,11 @@ def test_a_plant_that_takes_none_is_said_to_as_long_as_it_lasts() -> None:
     sent = stands("closed-loop", ACTED, LATCHED, LOST, SILENT, entered("observe"))
     assert sent.lease_lost == LOST.reason
     assert situation([Entry(11.0, SHED), Entry(11.0, WILD), Entry(11.0, HEARD)], sent).lease_lost == SHED.reason
+
+
+def test_what_the_twin_cannot_say_is_not_beside_that_nothing_is_wrong() -> None:
+    shown = line(stands("observe", Foreseen("", 10.0, 900.0, 0, note="it diverged")), 20.0)
+    assert shown.level == "high" and "not known" in shown.alarm
 
 
 def test_a_guard_that_begins_again_has_judged_no_reading_yet() -> None:

@@ -75,23 +75,25 @@ export function Margins({ proposal }: { proposal: Pick<Proposal, "margins" | "me
   );
 }
 
-// Whose margin the worst one is: what it protects, the comparison, when, and in which member.
-function Worst({ m, members }: { m: Margin; members: number }) {
+// Whose margin the worst one is: what it protects, the comparison, when, and in which member. Where a hard limit is violated by now, that is no answer any more.
+function Worst({ m, members, judged, beyond }: { m: Margin; members: number; judged: number; beyond: boolean }) {
+  const least = `${m.margin < 0 ? "■ " : ""}${distance(m.margin, m.unit, m.term)}${m.margin < 0 ? "" : " to spare"} at worst`;
   return (
-    <><p class={m.margin < 0 ? "big bad" : "big"}>{m.margin < 0 ? "■ " : ""}{distance(m.margin, m.unit, m.term)}{m.margin < 0 ? "" : " to spare"} at worst</p>
-      <p>{m.text || m.name}: <code>{m.term || m.formula}</code>, after {span(m.at_s)}, in member {m.member} of {members}{m.full && ", as good as it can be"}.</p></>
+    <>{beyond ? <><p class="big bad">■ A hard limit is violated</p><p>What was judged before does not say what follows now: {least}.</p></>
+      : <p class={m.margin < 0 ? "big bad" : "big"}>{least}</p>}
+      <p>{m.text || m.name}: <code>{m.term || m.formula}</code>, after {span(m.at_s)}, in member {m.member} of {members}{m.full && ", as good as it can be"}, judged at {moment(judged)}.</p></>
   );
 }
 
-function Safe({ card }: { card: Card }) {
+function Safe({ card, beyond }: { card: Card; beyond: boolean }) {
   const p = card.proposal, left = card.let_be, acted = p ? undefined : card.acted[0], worst = p?.margins[0];
   if (acted) return <><p class="big quiet">The plant’s prepared safe state</p><p>{acted.stands ? "Its readings confirm it." : "Its readings do not confirm it yet."}</p></>;
   if (p && worst) {
-    return <><Worst m={worst} members={p.members} />
+    return <><Worst m={worst} members={p.members} judged={p.at_s} beyond={beyond} />
       {p.certificate && <p>{certified(p.certificate)}.</p>}</>;
   }
   if (left && !p) {
-    return left.margins[0] ? <Worst m={left.margins[0]} members={left.members} />
+    return left.margins[0] ? <Worst m={left.margins[0]} members={left.members} judged={left.at_s} beyond={beyond} />
       : <><p class="big">{signed(left.margin, "1")} at worst</p><p class="quiet">Of which limit this record does not say.</p></>;
   }
   if (p) return <p class="big quiet">Of its margins this record does not say anything</p>;
@@ -145,7 +147,7 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
       </div>
       <div>
         <h2 class="question">{!fallen ? "Why it is safe" : fallen.stands === "refused" ? "What was refused and why" : "What does not stand, and why"}</h2>
-        {fallen ? <Fallen p={fallen} /> : <Safe card={card} />}
+        {fallen ? <Fallen p={fallen} /> : <Safe card={card} beyond={left.until === "beyond"} />}
       </div>
       <div>
         <h2 class="question">How long is left</h2>

@@ -133,4 +133,6 @@ def _alarm(card: Card | None, folded: list[RaisedAlarm], ahead: Outlook) -> str:
     if folded:
         return folded[0].cause
     at_a_limit = ahead.left.until in (Until.BEYOND, Until.FALLBACK, Until.LIMIT, Until.PASSED)
-    return "A hard limit is violated or foreseen to be" if at_a_limit else ""
+    if at_a_limit:
+        return "A hard limit is violated or foreseen to be"
+    return "" if ahead.level == "normal" else "What follows is not known"
