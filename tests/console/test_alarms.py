@@ -142,3 +142,14 @@ def test_half_a_character_in_an_alarm_is_exported_as_its_escape() -> None:
     answer = csv_answer(as_csv(standing), "alarms.csv")
     rows = list(csv.reader(io.StringIO(bytes(answer.body).decode())))
     assert [row[-1] for row in rows[1:]] == ["half of \\ud83d", "45 °C"]
+
+
+def test_a_file_has_every_alarm_and_a_list_says_how_many_it_leaves_out() -> None:
+    entries = [
+        Entry(float(n), event)
+        for n in range(700)
+        for event in (AlarmRaised("a", f"cause {n}", Priority.LOW), AlarmAcknowledged("a", "Ada"), AlarmReturned("a"))
+    ]
+    listed, whole = alarm_list(entries, 700.0), alarm_list(entries, 700.0, None)
+    assert (len(listed.past), listed.over, len(whole.past), whole.over) == (500, 700, 700, 700)
+    assert len(as_csv(whole.past).splitlines()) == 701

@@ -97,3 +97,34 @@ def test_a_certificate_beside_the_fallback_claims_no_more_than_it_counted(recove
     assert "draws violate a hard limit: at most" in said(False)
     assert "draws do worse than the fallback, which violates a hard limit as well: at most" in said(True)
     assert "draws violate a hard limit" not in said(True)
+
+
+@pytest.mark.parametrize(
+    ("share", "words"),
+    [
+        (1.0, "100 %"),
+        (0.99999, "> 99.9 %"),
+        (0.9994, "99.9 %"),
+        (0.997, "99.7 %"),
+        (0.99, "99 %"),
+        (0.0, "0 %"),
+        (0.004, "0.4 %"),
+    ],
+)
+def test_only_what_is_certain_is_a_hundred_percent(recovered: OpenedRun, share: float, words: str) -> None:
+    card = next(c for s in moments(recovered) if (c := seen(recovered, s).card) and c.probability)
+    assert f", {words} probable" in explained(replace(card, probability=share))[0].text
+
+
+def test_a_cost_that_nobody_knows_is_said_to_be_none(recovered: OpenedRun) -> None:
+    card = next(c for s in moments(recovered) if (c := seen(recovered, s).card) and c.choices)
+    told = explained(replace(card, choices=(replace(card.choices[0], cost=float("nan")),)))
+    text = next(p.text for p in told if p.heading == "What it costs")
+    assert "nan" not in text and "at a cost that is not known" in text
+
+
+def test_one_of_a_kind_is_said_as_one(recovered: OpenedRun) -> None:
+    card = next(c for s in moments(recovered) if (c := seen(recovered, s).card) and c.proposal)
+    assert card.proposal is not None
+    told = explained(replace(card, proposal=replace(card.proposal, checks=1)))
+    assert "1 permissive or target was judged" in next(p.text for p in told if p.heading == "Why it is safe")

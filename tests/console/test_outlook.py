@@ -237,7 +237,7 @@ def test_between_events_nothing_changes_but_when_it_is_said_to(
 ) -> None:
     _, beyond, wrong = seen
     now = stands(mode, events)
-    times = sorted({10.0, 2000.0, *changes_s(now)})
+    times = sorted({10.0, 2000.0, *changes_s(now, PLANT)})
     for from_s, to_s in itertools.pairwise(times):
         inside = [from_s + share * (to_s - from_s) for share in (0.001, 0.5, 0.999)]
         assert len({outlook(now, at_s, beyond, wrong, PLANT) for at_s in inside}) == 1, (from_s, to_s)

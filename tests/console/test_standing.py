@@ -15,7 +15,7 @@ from homeostat.console.opened import OpenedRun
 from homeostat.console.view import seen
 from homeostat.domain.alternative import Alternative, AlternativeKind
 from homeostat.domain.cost import Cost
-from homeostat.domain.events.guard import GuardStarted, RequestAnswered, StateEntered
+from homeostat.domain.events.guard import GuardStarted, RequestAnswered, StateEntered, ThinkingEnded
 from homeostat.domain.events.people import ModeEntered
 from homeostat.domain.events.recovery import (
     Attempted,
@@ -75,6 +75,7 @@ STARTED = WriteIntended(7, 1, Cause.PERSON, "Ada", (), "", "t")
 SENT = WriteIntended(7, 1, Cause.REQUEST, "ra", (), "a", "t")
 ACTED, LATCHED = FallbackActivated("isolate", (), "too hot"), Latched("too hot")
 RESET = LatchReset(("Ada",), "it is well", "s")
+GONE = ThinkingEnded(7, "thinking has ended")
 AGAIN = GuardStarted("p", "c", "approve", "plant", True)
 LEFT, OVER, LOOK, ENDED = NoActionTaken("s", 0.1), FaultsEnded((), 0.0), Noticed(()), RunFinished("released")
 S = Stands
@@ -102,6 +103,10 @@ TABLE: list[tuple[str, tuple[Event, ...], tuple[str, Stands] | None, tuple[str, 
     ("offered, and expired", (TA, A, OFFERED, EXPIRED), None, ("a", S.VOID), "void"),
     ("offered, and a trip", (TA, A, OFFERED, TRIPPED, ACTED, LATCHED), None, ("a", S.OVERTAKEN), "a trip"),
     ("offered, and the fallback", (TA, A, OFFERED, ACTED, TRIPPED, LATCHED), None, ("a", S.OVERTAKEN), "isolate"),
+    ("chosen, and the process that thinks dies", (TA, A, GONE), None, ("a", S.VOID), "void: thinking has ended"),
+    ("it waits, and the same", (TW, W, WAITED, GONE), None, ("w", S.VOID), "void: thinking has ended"),
+    ("offered, and the same", (TA, A, OFFERED, GONE), ("a", S.OFFERED), None, "waits for a person's yes"),
+    ("advised, and the same", (TA, A, ADVISED, GONE), ("a", S.ADVISED), None, ""),
     ("offered, and the guard begins again", (TA, A, OFFERED, AGAIN), None, ("a", S.VOID), "the guard began again"),
     ("offered, and the run ends", (TA, A, OFFERED, ENDED), None, ("a", S.VOID), "the run has ended"),
     ("offered twice, one of them late", (TA, A, OFFERED, said("offered", request="r2"), LATE),
@@ -197,7 +202,8 @@ EVENTS = (
     ACCEPTED, CONFIRMED,
     said("confirmed", "b"), NO, EXPIRED, LATE, TRIPPED, BUSY, said("failed"), released(), released("b"), ACTED, LATCHED,
     AGAIN_OFFERED, STARTED, SENT,
-    RESET, AGAIN, LEFT, OVER, LOOK, Diagnosed((), ()), Concluded("x"), ModeEntered("approve", "Ada"), StateEntered("x"),
+    RESET, AGAIN, GONE, LEFT, OVER,
+    LOOK, Diagnosed((), ()), Concluded("x"), ModeEntered("approve", "Ada"), StateEntered("x"),
     ReleaseRefused("search", "a", (HOT,)), GaveUp("search", "x"), ENDED,
 )  # fmt: skip
 

@@ -13,7 +13,7 @@ const STATES: Record<string, string> = {
   "returned, unacknowledged": "◐ over, not acknowledged", shelved: "⏸ shelved", normal: "over",
 };
 
-function Row({ a, at, me, order }: { a: ListedAlarm; at: number; me: Me; order: (asked: Asked) => void }) {
+function Row({ a, at, may, order }: { a: ListedAlarm; at: number; may: boolean; order: (asked: Asked) => void }) {
   const level = LEVELS[a.priority] ?? LEVELS.low!;
   const plain = { digest: "", subject: a.alarm, proven: false };
   const open = a.state === "unacknowledged" || a.state === "returned, unacknowledged";
@@ -25,7 +25,7 @@ function Row({ a, at, me, order }: { a: ListedAlarm; at: number; me: Me; order: 
       <td>{STATES[a.state]}{a.acknowledged_by && <span class="quiet"> by {a.acknowledged_by}</span>}
         {a.shelved_until_s !== null && <span class="quiet"> by {a.shelved_by} for {span(a.shelved_until_s - at)} more: {a.shelved_why}</span>}</td>
       <td class="n">{moment(a.raised_s)}</td><td class="n">{a.returned_s === null ? "–" : moment(a.returned_s)}</td>
-      <td class="n">{mayOrder(me) && a.state !== "normal" && <>
+      <td class="n">{may && a.state !== "normal" && <>
         {open && <button type="button" onClick={() => order({ ...plain, verb: "acknowledge", title: `Acknowledge ${a.alarm}`, button: "Acknowledge", reason: "welcome", note: a.cause })}>Acknowledge …</button>}
         {a.state === "shelved" ? <button type="button" onClick={() => order({ ...plain, verb: "unshelve", title: `Show ${a.alarm} again`, button: "Show again", reason: "welcome" })}>Show again …</button>
           : a.priority !== "critical" && <button type="button" onClick={() => order({ ...plain, verb: "shelve", title: `Shelve ${a.alarm}`, button: "Shelve", reason: "needed", minutes: 30, note: `${a.cause}. What it watches is watched all the same.` })}>Shelve …</button>}
@@ -34,7 +34,7 @@ function Row({ a, at, me, order }: { a: ListedAlarm; at: number; me: Me; order: 
   );
 }
 
-export function Alarms({ now, me, order }: { now: Moment; me: Me; order: (asked: Asked) => void }) {
+export function Alarms({ now, me, live, order }: { now: Moment; me: Me; live: boolean; order: (asked: Asked) => void }) {
   const [list, setList] = useState<AlarmList | null>(null);
   const [past, show] = useState(false), [failed, fail] = useState("");
   useEffect(() => {
@@ -46,15 +46,15 @@ export function Alarms({ now, me, order }: { now: Moment; me: Me; order: (asked:
   const rows = [...list.standing, ...list.shelved, ...(past ? list.past : [])];
   return (<>
     <section id="alarms" class="wide" tabIndex={-1} aria-label="Alarms">
-      <h2>Alarms <span class="quiet">{list.standing.length} stand, {list.shelved.length} shelved, {list.within} raised in the last 10 min</span></h2>
+      <h2>Alarms <span class="quiet">{list.standing.length} {list.standing.length === 1 ? "stands" : "stand"}, {list.shelved.length} shelved, {list.within} raised in the last 10 min</span></h2>
       {failed && <p class="warn" role="alert">△ These are not the alarms of now: {failed}</p>}
       {list.flood && <p class="stale" role="alert"><b>■ Flood:</b> {list.within} alarms in 10 min. Begin with the first one (①) and with what is critical.</p>}
-      <p class="choice"><button type="button" aria-pressed={past} onClick={() => show(!past)}>What is over ({list.past.length})</button>
+      <p class="choice"><button type="button" aria-pressed={past} onClick={() => show(!past)}>What is over ({list.over > list.past.length ? `the latest ${list.past.length} of ${list.over}` : list.over})</button>
         {!isKept() && <a class="button" href={`/api/alarms.csv?at=${now.at_s}`} download="alarms.csv">Export (CSV)</a>}</p>
       {rows.length === 0 ? <p class="big quiet">No alarm stands.</p> : (
         <div class="scroll" tabIndex={0} role="region" aria-label="List of alarms"><table>
           <thead><tr><th>Priority</th><th>What</th><th>State</th><th class="n">Raised</th><th class="n">Over</th><th><span class="unseen">Orders</span></th></tr></thead>
-          <tbody>{rows.map((a) => <Row key={`${a.alarm} ${a.raised_s}`} a={a} at={now.at_s} me={me} order={order} />)}</tbody>
+          <tbody>{rows.map((a) => <Row key={`${a.alarm} ${a.raised_s}`} a={a} at={now.at_s} may={live && mayOrder(me)} order={order} />)}</tbody>
         </table></div>)}
     </section>
     {!isKept() && <ReportsOf at={now.at_s} me={me} />}

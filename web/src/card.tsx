@@ -5,7 +5,7 @@ import { Bands, TimeLeft, shownOf } from "./foresight";
 import { FeatureChart } from "./trends";
 import { useState } from "preact/hooks";
 import { send, type Card, type Certificate, type Choice, type Margin, type Me, type Moment, type Move, type Proposal, type Retold, type Run } from "./told";
-import { amount, atMost, distance, fromTo, moment, moved, percent, signed, span, timeOf } from "./words";
+import { amount, atMost, distance, fromTo, moment, moved, percent, priced, signed, span, timeOf } from "./words";
 
 export function Moves({ moves }: { moves: Move[] }) {
   const changed = moves.filter(moved), kept = moves.filter((m) => !moved(m));
@@ -69,29 +69,31 @@ export function Margins({ proposal }: { proposal: Pick<Proposal, "margins" | "me
         <tbody>{proposal.margins.map((m) => <MarginRow key={m.name} m={m} most={most} compared={compared} />)}</tbody>
       </table>
       <p class="quiet">Distance to each limit in the worst of {proposal.members} members, the nearest first.
-        {proposal.checks > 0 && ` ${proposal.checks} permissives and targets were judged beside them.`}
+        {proposal.checks > 0 && ` ${proposal.checks} ${proposal.checks === 1 ? "permissive or target was" : "permissives and targets were"} judged beside them.`}
         {compared && " Readings: their least distance since the release, noise included."}</p>
     </div>
   );
 }
 
-// Whose margin the worst one is: what it protects, the comparison, when, and in which member.
-function Worst({ m, members }: { m: Margin; members: number }) {
+// Whose margin the worst one is: what it protects, the comparison, when, and in which member. Where a hard limit is violated by now, that is no answer any more.
+function Worst({ m, members, judged, beyond }: { m: Margin; members: number; judged: number; beyond: boolean }) {
+  const least = `${m.margin < 0 ? "■ " : ""}${distance(m.margin, m.unit, m.term)}${m.margin < 0 ? "" : " to spare"} at worst`;
   return (
-    <><p class={m.margin < 0 ? "big bad" : "big"}>{m.margin < 0 ? "■ " : ""}{distance(m.margin, m.unit, m.term)}{m.margin < 0 ? "" : " to spare"} at worst</p>
-      <p>{m.text || m.name}: <code>{m.term || m.formula}</code>, after {span(m.at_s)}, in member {m.member} of {members}{m.full && ", as good as it can be"}.</p></>
+    <>{beyond ? <><p class="big bad">■ A hard limit is violated</p><p>What was judged before does not say what follows now: {least}.</p></>
+      : <p class={m.margin < 0 ? "big bad" : "big"}>{least}</p>}
+      <p>{m.text || m.name}: <code>{m.term || m.formula}</code>, after {span(m.at_s)}, in member {m.member} of {members}{m.full && ", as good as it can be"}, judged at {moment(judged)}.</p></>
   );
 }
 
-function Safe({ card }: { card: Card }) {
+function Safe({ card, beyond }: { card: Card; beyond: boolean }) {
   const p = card.proposal, left = card.let_be, acted = p ? undefined : card.acted[0], worst = p?.margins[0];
   if (acted) return <><p class="big quiet">The plant’s prepared safe state</p><p>{acted.stands ? "Its readings confirm it." : "Its readings do not confirm it yet."}</p></>;
   if (p && worst) {
-    return <><Worst m={worst} members={p.members} />
+    return <><Worst m={worst} members={p.members} judged={p.at_s} beyond={beyond} />
       {p.certificate && <p>{certified(p.certificate)}.</p>}</>;
   }
   if (left && !p) {
-    return left.margins[0] ? <Worst m={left.margins[0]} members={left.members} />
+    return left.margins[0] ? <Worst m={left.margins[0]} members={left.members} judged={left.at_s} beyond={beyond} />
       : <><p class="big">{signed(left.margin, "1")} at worst</p><p class="quiet">Of which limit this record does not say.</p></>;
   }
   if (p) return <p class="big quiet">Of its margins this record does not say anything</p>;
@@ -139,13 +141,13 @@ function Answers({ card, now }: { card: Card; now: Moment }) {
             <p class="status">{p.status.charAt(0).toUpperCase() + p.status.slice(1)} (since {moment(p.since_s)}).</p>
             {card.fallen && <p class="later">Later, at {moment(card.fallen.since_s)}, {goal(card.fallen)}: {card.fallen.status}.</p>}
           </> : card.let_be ? <><p class="big">Leave it alone</p>
-            <p>{card.let_be.margin >= 0 ? `Without action every check holds in ‘${card.let_be.state}’` : "To act would cost more"}, judged at {moment(card.let_be.at_s)}.</p></>
+            <p>{(card.let_be.margin ?? -1) >= 0 ? `Without action every check holds in ‘${card.let_be.state}’` : "To act would cost more"}, judged at {moment(card.let_be.at_s)}.</p></>
           : <><p class="big quiet">{fallen ? "Nothing any more" : card.compared_s === null ? "Nothing yet" : "No proposal"}</p>
             {!fallen && card.refused[0] && <p>{card.refused[0].what}: {card.refused[0].why}</p>}</>}
       </div>
       <div>
         <h2 class="question">{!fallen ? "Why it is safe" : fallen.stands === "refused" ? "What was refused and why" : "What does not stand, and why"}</h2>
-        {fallen ? <Fallen p={fallen} /> : <Safe card={card} />}
+        {fallen ? <Fallen p={fallen} /> : <Safe card={card} beyond={left.until === "beyond"} />}
       </div>
       <div>
         <h2 class="question">How long is left</h2>
@@ -177,7 +179,7 @@ function Explanations({ card }: { card: Card }) {
 
 // A cost, and behind it what it is made up of.
 function CostOf({ choice, currency }: { choice: Choice; currency: string }) {
-  const cost = `${choice.cost.toFixed(1)} ${currency}`;
+  const cost = priced(choice.cost, currency);
   if (!choice.items.length) return <>{cost}</>;
   const items = choice.items.map(([name, value]) => `${name} ${value.toFixed(1)}`);
   return <Behind word={cost} about={items.join(", ")}>{items.join("\n")}</Behind>;
@@ -204,7 +206,7 @@ function Choices({ card }: { card: Card }) {
           <tr key={k} class={c.chosen ? "chosen" : ""}>
             <th scope="row">{c.chosen ? "✓ " : ""}{c.what} <span class="quiet">{c.by && `by ${c.by}`}</span></th>
             <td class="n"><CostOf choice={c} currency={card.currency} /></td>
-            <td class="n">{least && c !== least ? signed(c.cost - least.cost, card.currency) : ""}</td>
+            <td class="n">{least && c !== least ? signed(c.cost === null || least.cost === null ? null : c.cost - least.cost, card.currency) : ""}</td>
             <td class="n"><RiskOf choice={c} /></td>
             <td>{c.refused ? <span class="quiet">no: {c.refused}</span> : c.chosen ? "yes, chosen" : "yes"}</td>
           </tr>))}
@@ -265,7 +267,7 @@ export function EpisodeCard({ run, me, now, decision }: { run: Run; me: Me; now:
       {!p && !card.acted[0] && card.let_be && card.let_be.margins.length > 0 && <div class="part wide"><h2>Without action <span class="quiet">in ‘{card.let_be.state}’, judged at {moment(card.let_be.at_s)}</span></h2>
         <Margins proposal={card.let_be} /></div>}
       <Bands run={run} shown={shownOf(card, now.at_s)} />
-      {card.acted.map((a) => <div class="part wide" key={a.at_s}><h2>■ Fallback ‘{a.strategy}’ at {moment(a.at_s)}</h2><p>{a.reason}</p><Moves moves={a.moves} /></div>)}
+      {card.acted.map((a) => <div class="part wide" key={`${a.at_s} ${a.strategy}`}><h2>■ Fallback ‘{a.strategy}’ at {moment(a.at_s)}</h2><p>{a.reason}</p><Moves moves={a.moves} /></div>)}
       <div class="part"><h2>What may be wrong{card.diagnosed_s !== null && <span class="quiet"> judged at {moment(card.diagnosed_s)}</span>}</h2>
         {card.explanations.length ? <Explanations card={card} /> : <p>Nothing was diagnosed.</p>}</div>
       {card.seen.length > 0 && <div class="part"><h2>Evidence</h2>

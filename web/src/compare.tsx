@@ -5,7 +5,7 @@ import uPlot from "uplot";
 import { readable } from "./grip";
 import { colour } from "./trends";
 import { ask, type Moment, type Run, type Trend } from "./told";
-import { amount, distance, fromTo, LEVELS, moment, moved, percent, span } from "./words";
+import { amount, distance, fromTo, LEVELS, moment, moved, percent, priced, span } from "./words";
 
 const NAMES = ["A", "B"] as const;
 
@@ -18,7 +18,7 @@ function Standing({ name, run, now, at }: { name: string; run: Run; now: Moment 
     ["Proposed", p ? `${p.path.length ? p.path[p.path.length - 1] : p.what} by ${p.proposer}: ${p.moves.filter(moved).map((m) => `${m.tag} → ${fromTo(m)[1]}`).join(", ")}` : "–"],
     ["Its standing", p?.status ?? (card?.fallen ? `${card.fallen.proposer}: ${card.fallen.status}` : "–")],
     ["Worst margin", worst ? `${distance(worst.margin, worst.unit, worst.term)}, ${worst.text || worst.name}: ${worst.term || worst.formula}` : "–"],
-    ["Cost of what was chosen", card ? card.choices.filter((c) => c.chosen).map((c) => `${c.cost.toFixed(1)} ${card.currency}`)[0] ?? "–" : "–"],
+    ["Cost of what was chosen", card ? card.choices.filter((c) => c.chosen).map((c) => priced(c.cost, card.currency))[0] ?? "–" : "–"],
     ["Fallbacks", card?.acted.map((a) => `${a.strategy} at ${moment(a.at_s)}`).join(", ") || "none"],
     ["Beyond a limit", now.violated.join(", ") || "nothing"], ["Ended", o.finished || "not yet"],
   ];
@@ -65,14 +65,14 @@ function Overlay({ runs, tag, at, offset, theme }: { runs: [Run, Run]; tag: stri
 }
 
 export function Compare({ run, now, theme, seek }: { run: Run; now: Moment; theme: string; seek: (at: number) => void }) {
-  const [other, setOther] = useState<Run | null>(null), [there, setThere] = useState<Moment | null>(null), [failed, fail] = useState("");
+  const [other, setOther] = useState<Run | null>(null), [there, setThere] = useState<Moment | null>(null), [failed, fail] = useState(""), [missed, miss] = useState("");
   const [aligned, align] = useState(false), [chosen, setTags] = useState<string[]>(() => (run.panels[0]?.tags ?? []).slice(0, 1));
   const offset = aligned && other?.begins_s != null && run.begins_s !== null ? other.begins_s - run.begins_s : 0;
   const at = now.at_s, whole = Math.round(at);
   useEffect(() => { ask<Run>("/api/other/run").then(setOther, (e: Error) => fail(e.message)); }, []);
   useEffect(() => {
     let gone = false;
-    ask<Moment>("/api/other/moment", { at: Math.max(0, at + offset) }).then((m) => { if (!gone) setThere(m); }, (e: Error) => fail(e.message));
+    ask<Moment>("/api/other/moment", { at: Math.max(0, at + offset) }).then((m) => { if (!gone) { setThere(m); miss(""); } }, (e: Error) => { if (!gone) miss(e.message); });
     return () => { gone = true; };
   }, [whole, offset]);
   if (failed) return <section class="wide"><p class="warn" role="alert">△ {failed}</p></section>;
@@ -83,6 +83,7 @@ export function Compare({ run, now, theme, seek }: { run: Run; now: Moment; them
   return (
     <section id="compare" class="wide" tabIndex={-1} aria-label="Two runs">
       <h2>Two runs on one time axis <span class="quiet">at {moment(at)}{offset !== 0 && `; B is shown ${span(Math.abs(offset))} ${offset > 0 ? "earlier" : "later"} than it was`}</span></h2>
+      {missed && <p class="warn" role="alert">△ B is not shown as it was at this moment: {missed}</p>}
       {differ && <p class="notice" role="status">△ These are runs of different plants, {both.length ? "of which only tags with the same name are drawn: one name may be two things" : "which have no tag in common: no trend can be drawn over another"}.</p>}
       <p class="filters">{run.begins_s !== null && other.begins_s !== null && <label class="auto"><input type="checkbox" checked={aligned} onChange={(e) => align(e.currentTarget.checked)} /> the first symptom of both at the same place</label>}
         <label>Add a tag <select value="" onChange={(e) => e.currentTarget.value && setTags([...tags, e.currentTarget.value])}><option value="">choose</option>

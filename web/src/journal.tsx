@@ -11,7 +11,7 @@ const READ_MS = 600_000;
 export function JournalView({ seek }: { seek: (at: number) => void }) {
   const [found, setFound] = useState<JournalPage | null>(null);
   const [said, setSaid] = useState<Verified | null>(null);
-  const [kind, setKind] = useState(""), [words, setWords] = useState(""), [before, setBefore] = useState(0), [failed, fail] = useState("");
+  const [kind, setKind] = useState(""), [words, setWords] = useState(""), [before, setBefore] = useState(0), [failed, fail] = useState(""), [unsaid, unsay] = useState("");
   useEffect(() => {
     const query: Record<string, string> = { words };
     if (kind) query.kind = kind;
@@ -20,12 +20,12 @@ export function JournalView({ seek }: { seek: (at: number) => void }) {
     const wait = setTimeout(() => void ask<JournalPage>("/api/journal", query, READ_MS).then((page) => { if (!gone) { setFound(page); fail(""); } }, (e: Error) => { if (!gone) fail(e.message); }), 250);
     return () => { gone = true; clearTimeout(wait); };
   }, [kind, words, before]);
-  const verify = () => { setSaid(null); void ask<Verified>("/api/verified", {}, READ_MS).then(setSaid, (e: Error) => fail(e.message)); };
+  const verify = () => { setSaid(null); unsay(""); void ask<Verified>("/api/verified", {}, READ_MS).then(setSaid, (e: Error) => unsay(e.message)); };
   useEffect(verify, []);
   return (
     <section id="journal" class="wide" tabIndex={-1} aria-label="Journal">
       <h2>Journal</h2>
-      <p role="status">{said ? <b class={said.whole ? "" : "bad"}>{said.whole ? "✓" : "■"} {said.text}</b> : "Being verified …"} {!isKept() && <button type="button" onClick={verify}>Verify again</button>}</p>
+      <p role="status">{said ? <b class={said.whole ? "" : "bad"}>{said.whole ? "✓" : "■"} {said.text}</b> : unsaid ? <b class="warn">△ Not verified: {unsaid}</b> : "Being verified …"} {!isKept() && <button type="button" onClick={verify}>Verify again</button>}</p>
       <p class="filters">
         <label>Kind <select value={kind} onChange={(e) => { setKind(e.currentTarget.value); setBefore(0); }}>
           <option value="">all</option>{found?.kinds.map((k) => <option key={k} value={k}>{k}</option>)}</select></label>

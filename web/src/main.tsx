@@ -22,7 +22,7 @@ import { ask, Refused, whenSignedOut, type Line, type Me, type Run } from "./tol
 import { TrendChart } from "./trends";
 import { moment, span } from "./words";
 
-const BACKS: [number, string][] = [[600, "10 min"], [1800, "30 min"], [7200, "2 h"], [1e6, "all"]];
+const BACKS: [number, string][] = [[600, "10 min"], [1800, "30 min"], [7200, "2 h"], [1e9, "all"]];
 
 function useTheme(): [string, () => void] {
   const [theme, set] = useState(() => localStorage.getItem("theme")
@@ -49,7 +49,7 @@ function Transport({ run, player, theme, turn }: { run: Run; player: Player; the
       <span class="clock">{moment(at)} <span class="quiet">of {moment(last)}{at >= 120 && ` (${span(at)})`}</span></span>
       {run.begins_s !== null && !run.live && <button type="button" onClick={() => player.seek(run.begins_s!)} title="e">First symptom</button>}
       <button type="button" onClick={turn} title="t">{theme === "dark" ? "Light" : "Dark"}</button>
-      {player.lost && !run.attached && <b class="warn" role="alert">△ The connection is lost: this is how it was at {moment(at)}.</b>}
+      {(player.lost || player.silent_s > 0) && !run.attached && <b class="warn" role="alert">△ The connection is lost: this is how it was at {moment(at)}.</b>}
     </nav>
   );
 }
@@ -134,8 +134,11 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
   // A run that goes on has new lines, and some day its readings.
   const told = useRef(0);
   useEffect(() => {
-    if (run && !run.closed && performance.now() - told.current > 3000) { told.current = performance.now(); void reload(); }
-  }, [now?.told, now && Math.floor(now.at_s / 30)]);
+    if (!run || run.closed) return;
+    const soon = setTimeout(() => { told.current = performance.now(); void reload(); }, Math.max(0, told.current + 3000 - performance.now()));
+    const again = setInterval(() => void reload(), 30_000); // also where nobody follows it
+    return () => { clearTimeout(soon); clearInterval(again); };
+  }, [now?.told, now && Math.floor(now.at_s / 30), run?.closed, player.playing]);
   const trends = useMemo(() => run?.panels ?? [], [run]);
   if (failed && !run) return <p class="big" role="alert">■ The console does not answer: {failed}</p>;
   if (!run || !now) return <p class="big quiet">Reading the run …</p>;
@@ -144,7 +147,7 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
   return (
     <>
       <header><OverviewLine title={run.title} now={now} />
-        <div class="desk"><Orders me={me} now={now} tags={writable} order={order} /><Who me={me} signed={signed} /></div></header>
+        <div class="desk"><Orders me={me} now={now} live={atHead} tags={writable} order={order} /><Who me={me} signed={signed} /></div></header>
       <Freshness run={run} player={player} />
       <Transport run={run} player={player} theme={theme} turn={turn} />
       <PaceOfRun paced={paced} last={run.live && player.playing ? now.at_s : run.last_s} />
@@ -154,7 +157,7 @@ function Page({ me, signed, lookAgain }: { me: Me; signed: (me: Me) => void; loo
       {run.notice && <p class={run.live || isKept() ? "notice calm" : "notice"} role="status">{run.live || isKept() ? "" : "△ "}{run.notice}</p>}
       {helped && <p class="notice">Space: play or pause. ← →: 10 s, with Shift 60 s. Home, End. + −: speed. e: first symptom. t: theme.{paced.pace ? " p: pause the run, or let it go on." : ""} a: approve, r: reject. 1 card, 2 readings, 3 trends, 4 plant, 5 events. 6 alarms, 7 trends of any tags, 8 journal, 9 what if, c two runs, 0 back.</p>}
       <main class={`${run.measured && view === "plant" ? "" : "single"} ${now.fresh?.old || player.silent_s || player.lost ? "old" : ""}`}>
-        {view === "alarms" && <Alarms now={now} me={me} order={order} />}
+        {view === "alarms" && <Alarms now={now} me={me} live={atHead} order={order} />}
         {view === "trends" && <Explorer run={run} at={Math.max(now.at_s, 1)} theme={theme} />}
         {view === "journal" && <JournalView seek={(to) => { player.seek(to); show("plant"); }} />}
         {view === "compare" && run.beside && <Compare run={run} now={now} theme={theme} seek={player.seek} />}

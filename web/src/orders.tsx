@@ -8,7 +8,7 @@ import { distance, moment, span } from "./words";
 
 export interface Asked {
   verb: string; subject: string; digest: string; title: string; button: string; reason: "needed" | "welcome";
-  proposal?: Proposal; choices?: [string, string][]; label?: string; note?: string; minutes?: number; proven: boolean;
+  proposal?: Proposal; choices?: [string, string][]; label?: string; note?: string | ((now: Moment) => string); minutes?: number; proven: boolean;
 }
 
 export function mayOrder(me: Me): boolean {
@@ -82,12 +82,12 @@ export function OrderDialog({ asked, me, now, close }: { asked: Asked; me: Me; n
       if (password.current) password.current.value = "";
     }
   };
-  const over = state.kind === "came";
+  const over = state.kind === "came", note = typeof asked.note === "function" ? asked.note(now) : asked.note;
   return (
     <dialog ref={dialog} class="order" aria-labelledby="order-title" onClose={close}>
       <form onSubmit={submit}>
         <h2 id="order-title">{asked.title}</h2>
-        {asked.note && <p>{asked.note}</p>}
+        {note && <p aria-live="polite">{note}</p>}
         {asked.proposal && <Shown proposal={asked.proposal} />}
         {!over && <>
           {asked.choices && <label>{asked.label} <select required value={subject} onChange={(e) => choose(e.currentTarget.value)}>
@@ -120,17 +120,19 @@ const MODES: [string, string][] = [
   ["observe", "observe: nobody writes"], ["advise", "advise: what would be released is shown"],
   ["approve", "approve: written after a person's yes"], ["closed-loop", "closed-loop: all that passes the guard is written"]];
 
-export function Orders({ me, now, tags, order }: { me: Me; now: Moment; tags: string[]; order: (asked: Asked) => void }): ComponentChildren {
+// An order acts on the plant as it is now: beside an earlier moment there is nothing to order.
+export function Orders({ me, now, live, tags, order }: { me: Me; now: Moment; live: boolean; tags: string[]; order: (asked: Asked) => void }): ComponentChildren {
   const o = now.overview;
   if (!mayOrder(me) || o.finished) return null;
+  if (!live) return <p class="quiet">This is not how the plant is now: orders are given once the page is back to live (End).</p>;
   const engineer = me.access === "engineer", out = new Set(o.out_of_service.map(([tag]) => tag));
   const plain = { digest: "", subject: "", proven: true };
   const writes = o.mode === "approve" || o.mode === "closed-loop";
   return (
     <div class="orders" role="group" aria-label="Orders">
-      {engineer && <button type="button" onClick={() => order({ ...plain, verb: "mode", title: "Change the mode", button: "Change", reason: "welcome", label: "Mode", choices: MODES, note: `It is ${o.mode} now.` })}>Mode …</button>}
+      {engineer && <button type="button" onClick={() => order({ ...plain, verb: "mode", title: "Change the mode", button: "Change", reason: "welcome", label: "Mode", choices: MODES, note: (at) => `It is ${at.overview.mode} now.` })}>Mode …</button>}
       {engineer && o.latched && <button type="button" onClick={() => order({ ...plain, verb: "reset", title: "Reset the latch", button: "Reset", reason: "needed", note: `Latched: ${o.latched}. The plant stands in observe after it.` })}>Reset the latch …</button>}
-      {writes && !o.latched && <button type="button" onClick={() => order({ ...plain, verb: "fall-back", title: "Have the fallback act now", button: "Fall back", reason: "needed", note: o.fallback ? `Fallback ‘${o.fallback}’ would act.` : "" })}>Fall back …</button>}
+      {writes && !o.latched && <button type="button" onClick={() => order({ ...plain, verb: "fall-back", title: "Have the fallback act now", button: "Fall back", reason: "needed", note: (at) => (at.overview.fallback ? `Fallback ‘${at.overview.fallback}’ would act.` : "") })}>Fall back …</button>}
       <button type="button" onClick={() => order({ ...plain, verb: "note", proven: false, title: "Leave a note for proposers", button: "Leave it", reason: "needed", note: "Proposers that read, as a language model, are shown it for an hour of process time. Nothing is decided by it." })}>Note …</button>
       <button type="button" onClick={() => order({ ...plain, verb: "out-of-service", title: "Take a tag out of service", button: "Take out", reason: "needed", label: "Tag", choices: tags.filter((t) => !out.has(t)).map((t) => [t, t]) })}>Out of service …</button>
       {out.size > 0 && <button type="button" onClick={() => order({ ...plain, verb: "in-service", title: "Bring a tag back into service", button: "Bring back", reason: "welcome", label: "Tag", choices: [...out].map((t) => [t, t]) })}>In service …</button>}

@@ -35,7 +35,7 @@ export function usePlayer(run: Run | null, refused: () => void): Player {
   const [from, setFrom] = useState(0);
   const [attempt, setAttempt] = useState(0);
   const [silent_s, hear] = useSilence(playing);
-  const latest = useRef(0), asked = useRef(0), answered = useRef(0), seen = useRef(0);
+  const latest = useRef(0), asked = useRef(0), answered = useRef(0), seen = useRef(0), followed = useRef<EventSource | null>(null);
   const show = useCallback((m: Moment) => {
     seen.current = m.at_s;
     setNow((old) => (m.whole || !old ? m : { ...m, card: old.card, told: old.told }));
@@ -52,6 +52,7 @@ export function usePlayer(run: Run | null, refused: () => void): Player {
       setLost(false);
       if (mine === asked.current) take(m); else show(m);
     } catch {
+      if (mine < answered.current) return;
       if (mine === asked.current) latest.current = seen.current;
       setLost(true);
       refused();
@@ -83,7 +84,14 @@ export function usePlayer(run: Run | null, refused: () => void): Player {
     }
     const stream = new EventSource(`/api/stream?at=${from}&speed=${speed}`);
     let again: ReturnType<typeof setTimeout> | undefined;
-    stream.onmessage = (e) => { hear(); setLost(false); take(JSON.parse(e.data) as Moment); };
+    followed.current = stream;
+    stream.onmessage = (e) => {
+      if (followed.current !== stream) return; // another moment was asked for meanwhile
+      answered.current = ++asked.current; // and what was asked for before may be answered last
+      hear();
+      setLost(false);
+      take(JSON.parse(e.data) as Moment);
+    };
     stream.onerror = () => {
       setLost(true);
       // A browser gives up where the answer is an error, as that of a console that was started again.
@@ -97,8 +105,10 @@ export function usePlayer(run: Run | null, refused: () => void): Player {
   useEffect(() => { if (dead) { refused(); setFrom(run?.live ? 1e12 : latest.current); setAttempt((n) => n + 1); } }, [dead]);
   const seek = (at: number) => {
     const to = Math.min(Math.max(0, at), Math.max(run?.last_s ?? 0, latest.current));
+    followed.current = null;
     if (run?.live) setPlaying(false);
-    if (playing && !run?.live) { latest.current = to; setFrom(to); } else void look(to);
+    // Also to where it was played from: that is another beginning.
+    if (playing && !run?.live) { latest.current = to; setFrom(to); setAttempt((n) => n + 1); } else void look(to);
   };
   // From where the last one led: a second press does not wait for what the first one asked for.
   const step = (by: number) => seek(latest.current + by);

@@ -66,9 +66,9 @@ export interface Proposal {
   members: number; margins: Margin[]; checks: number; certificate: Certificate | null;
   foresight: Foresight | null; beside: Foresight | null;
 }
-export interface LetBe { at_s: number; state: string; margin: number; members: number; margins: Margin[]; checks: number }
+export interface LetBe { at_s: number; state: string; margin: number | null; members: number; margins: Margin[]; checks: number }
 export interface Choice {
-  what: string; kind: string; by: string; cost: number; items: [string, number][]; refused: string; chosen: boolean;
+  what: string; kind: string; by: string; cost: number | null; items: [string, number][]; refused: string; chosen: boolean;
   certificate: Certificate | null;
 }
 export interface Refusal { at_s: number; what: string; why: string }
@@ -93,7 +93,7 @@ export interface ListedAlarm {
   acknowledged_s: number | null; acknowledged_by: string; shelved_by: string; shelved_until_s: number | null;
   shelved_why: string; first: boolean; times: number;
 }
-export interface AlarmList { standing: ListedAlarm[]; shelved: ListedAlarm[]; past: ListedAlarm[]; within: number; flood: boolean }
+export interface AlarmList { standing: ListedAlarm[]; shelved: ListedAlarm[]; past: ListedAlarm[]; over: number; within: number; flood: boolean }
 export interface JournalLine { number: number; at_s: number; kind: string; text: string }
 export interface JournalPage { lines: JournalLine[]; kinds: string[]; more: boolean; trouble: string }
 export interface Verified { whole: boolean; closed: boolean; signed: number; lines: number; text: string }

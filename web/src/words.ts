@@ -8,7 +8,8 @@ export function amount(value: number | null | undefined, unit = "", digits = 4):
   return unit === "" || unit === "1" ? text : `${text} ${unit}`;
 }
 
-export function signed(value: number, unit: string): string {
+export function signed(value: number | null, unit: string): string {
+  if (value === null) return "not known";
   return `${value >= 0 ? "+" : "−"}${amount(Math.abs(value), unit, 3)}`;
 }
 
@@ -53,8 +54,15 @@ export function timeOf(left: TimeLeft, at: number): string | null {
   return left.from_s - at < 0.5 ? `at any moment, within ${last}` : first === last ? first : `${first} to ${last}`;
 }
 
+// What a decision costs; null where the twin cannot say.
+export function priced(cost: number | null, currency: string): string {
+  return cost === null ? "not known" : `${cost.toFixed(1)} ${currency}`;
+}
+
+// Only what is certain is 100 %.
 export function percent(share: number): string {
   const value = 100 * share;
+  if (share < 1 && value >= 99.5) return value < 99.95 ? `${value.toFixed(1)} %` : "> 99.9 %";
   return `${value >= 1 || value === 0 ? value.toFixed(0) : value.toPrecision(2)} %`;
 }
 

@@ -145,6 +145,9 @@ class OpenedRun:
         with self._reading:
             if self._tail.replaced():
                 self._begin()
+                self._stored, self._kept = None, 0  # another run, with readings and times of its own
+                if self._gathered is not None:
+                    self._gathered.forget()
             before = len(self._entries)
             self._read()
             self._measure()

@@ -12,6 +12,7 @@ from homeostat.domain.alarm import Priority
 from homeostat.domain.events.foresight import Foreseen
 from homeostat.domain.mode import Mode
 from homeostat.domain.plant.description import PlantDescription
+from homeostat.guard.settings import GuardSettings
 
 _ORDER: Final = tuple(Priority)
 _THINKS_S: Final = 60.0
@@ -83,8 +84,8 @@ def outlook(now: Situation, at_s: float, beyond: Collection[str], wrong: bool, p
     return Outlook(said.level(left), left, said.waiting(left))
 
 
-def changes_s(now: Situation) -> Iterator[float]:
-    """When, but for events and readings, what comes next is said in other words than before [s]."""
+def changes_s(now: Situation, plant: PlantDescription) -> Iterator[float]:
+    """When, but for events and readings, the line above is said in other words than before [s]."""
     told = now.outlook
     if told is not None:
         yield told.from_s + told.length_s
@@ -94,8 +95,23 @@ def changes_s(now: Situation) -> Iterator[float]:
         yield now.thinking_s + _THINKS_S
     if now.probe_s is not None:
         yield now.probe_s
+    if now.waits is not None:
+        yield now.waits[1]
+    if now.requested_s is not None:
+        yield now.requested_s + person_s(plant)
     if now.act_by_s is not None:
         yield now.act_by_s
+
+
+def requested(now: Situation, at_s: float, plant: PlantDescription) -> str:
+    """The mode that was asked for, as long as it is waited for at ``at_s`` [s]; the mode in force where none is."""
+    over = now.requested_s is not None and at_s > now.requested_s + person_s(plant)
+    return now.mode if over else now.requested
+
+
+def person_s(plant: PlantDescription) -> float:
+    """How long what a person has said counts, or is waited for, where nothing else is told [s]."""
+    return GuardSettings().for_ticks(plant.timing.tick_s).person_s
 
 
 def acts_alone(now: Situation) -> bool:
@@ -241,7 +257,7 @@ class _Said:
     def _recovery(self) -> str:
         """What recovery waits for or works on; empty for nothing."""
         now, at_s = self.now, self.at_s
-        if now.waits is not None:
+        if now.waits is not None and at_s < now.waits[1]:
             waited, until_s = now.waits
             return f"{waited.follows} at {until_s:.0f} s: waiting costs less than acting now"
         if now.probe_s is not None and at_s < now.probe_s:

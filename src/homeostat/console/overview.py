@@ -5,12 +5,11 @@ from dataclasses import dataclass
 
 from homeostat.console.card.card import Card
 from homeostat.console.card.proposal import state_label
-from homeostat.console.outlook import Outlook, TimeLeft, Until, outlook
+from homeostat.console.outlook import Outlook, TimeLeft, Until, outlook, person_s, requested
 from homeostat.console.situation import Situation
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.guard import RequestAnswered
 from homeostat.domain.plant.description import PlantDescription
-from homeostat.guard.settings import GuardSettings
 from homeostat.record.story.plain import plainly
 
 _ORDER = tuple(Priority)
@@ -102,7 +101,7 @@ def overview(
     ahead = outlook(now, at_s, beyond, open_card is not None, plant)
     return Overview(
         mode=now.mode,
-        requested=now.requested,
+        requested=requested(now, at_s, plant),
         shed=now.lease_lost,
         state=state_label(now.state, plant) or state_label(plant.machine.initial.name, plant),
         level=ahead.level,
@@ -125,8 +124,7 @@ def overview(
 
 def void_s(offered: RequestAnswered, since_s: float, plant: PlantDescription) -> float:
     """When a request that was ``offered`` then is void [s]; as usual where the record is too old to say."""
-    usual_s = since_s + GuardSettings().for_ticks(plant.timing.tick_s).person_s
-    return usual_s if offered.void_s is None else offered.void_s
+    return since_s + person_s(plant) if offered.void_s is None else offered.void_s
 
 
 def _alarm(card: Card | None, folded: list[RaisedAlarm], ahead: Outlook) -> str:
@@ -135,4 +133,6 @@ def _alarm(card: Card | None, folded: list[RaisedAlarm], ahead: Outlook) -> str:
     if folded:
         return folded[0].cause
     at_a_limit = ahead.left.until in (Until.BEYOND, Until.FALLBACK, Until.LIMIT, Until.PASSED)
-    return "A hard limit is violated or foreseen to be" if at_a_limit else ""
+    if at_a_limit:
+        return "A hard limit is violated or foreseen to be"
+    return "" if ahead.level == "normal" else "What follows is not known"

@@ -103,9 +103,8 @@ class Gathered:
         Of more than ``most`` moments, or ``most_values`` of all tags together, the oldest are let go.
         """
         named = tuple(tags)
-        self._most = min(most, max(2, most_values // (len(named) + 1)))
-        room = min(_ROOM, self._most)
-        self._kept = Readings(np.empty(room), {tag: np.empty(room) for tag in named}), 0
+        self._named, self._most = named, min(most, max(2, most_values // (len(named) + 1)))
+        self._kept = self._empty()
 
     def __call__(self, snapshot: Snapshot) -> None:
         """Take what the plant says; what is no later than what was taken before is left out."""
@@ -118,6 +117,14 @@ class Gathered:
         for tag, values in held.signals.items():
             values[count] = snapshot.values.get(tag, np.nan)
         self._kept = held, count + 1  # last, and at once: what is counted is there
+
+    def forget(self) -> None:
+        """Let everything go: what comes is of another run, whose time may begin again."""
+        self._kept = self._empty()
+
+    def _empty(self) -> tuple[Readings, int]:
+        room = min(_ROOM, self._most)
+        return Readings(np.empty(room), {tag: np.empty(room) for tag in self._named}), 0
 
     def _with_room(self, full: Readings) -> tuple[Readings, int]:
         """The same in arrays with room behind it, and how many moments of it are there still."""

@@ -10,6 +10,7 @@ from homeostat.domain.events.guard import (
     QualityChanged,
     RequestAnswered,
     SequenceLoaded,
+    StartUpBegan,
     StartUpEnded,
     StateEntered,
     StepTaken,
@@ -60,6 +61,8 @@ from homeostat.record.story.plain import plainly
 
 _ON_THE_WAY = (RequestStatus.RECEIVED, RequestStatus.AUTHORISED, RequestStatus.VERIFIED)
 """What the guard says of a request that it has not answered yet."""
+_NO_COMMANDS = frozenset({"heartbeat", "shed"})
+"""Alarms that last as long as the plant takes no commands, once it was told so."""
 
 
 @dataclass(slots=True)
@@ -70,6 +73,8 @@ class Situation:
     """Mode that the guard stands in; empty before it says so."""
     requested: str = ""
     """Mode that was asked for last; the same as ``mode`` unless it was refused or is waited for."""
+    requested_s: float | None = None
+    """Since when it is waited for, because more people must order it [s]; None where it is not."""
     lease_lost: str = ""
     """Why the plant does not take commands; empty where it does."""
     latched: str = ""
@@ -148,8 +153,12 @@ def _of_guard(now: Situation, event: Event, at_s: float) -> None:
     match event:
         case GuardStarted():
             now.mode, now.requested, now.finished = event.mode, event.mode, ""
-            now.shelved, now.alarms = set(), {}  # and raises what lasts once more
-            now.offered, now.accepted = {}, ""  # a guard that begins again knows of no request
+            now.shelved, now.alarms, now.lease_lost = set(), {}, ""  # and raises what lasts once more
+            now.quality = {}  # and tells once more which reading is not good
+            now.offered, now.accepted, now.advised = {}, "", ""  # a guard that begins again knows of no request
+            _drop(now)
+        case StartUpBegan():
+            now.started, now.started_s = False, None
         case StartUpEnded():
             now.started, now.started_s = True, at_s
         case StateEntered() | StepTaken() | SequenceLoaded():
@@ -178,16 +187,17 @@ def _of_guard(now: Situation, event: Event, at_s: float) -> None:
         case LeaseTried() if event.given:
             now.lease_lost = ""
         case ThinkingEnded():
-            now.thinking_s = None
+            _drop(now)  # what it was about to say is lost
 
 
 def _of_people(now: Situation, event: Event, at_s: float) -> None:
     match event:
         case ModeEntered():
             now.mode = now.requested = event.mode
-            now.thinking_s = None  # what was thought under another mode is dropped
+            now.thinking_s, now.decided, now.advised = None, "", ""  # what was thought under another mode is dropped
         case PersonHeard() if event.verb == Verb.MODE.value:
             now.requested = event.subject if event.done or event.missing else now.mode
+            now.requested_s = at_s if event.missing else None
         case ServiceChanged():
             now.out_of_service.pop(event.tag, None)
             if not event.in_service:
@@ -196,6 +206,8 @@ def _of_people(now: Situation, event: Event, at_s: float) -> None:
             now.alarms[event.alarm] = (event, at_s, False)
         case AlarmReturned():
             now.alarms.pop(event.alarm, None)
+            if event.alarm in _NO_COMMANDS and not _NO_COMMANDS & now.alarms.keys():
+                now.lease_lost = ""
         case AlarmAcknowledged() if event.alarm in now.alarms:
             raised, since_s, _ = now.alarms[event.alarm]
             now.alarms[event.alarm] = (raised, since_s, True)
@@ -219,7 +231,7 @@ def _of_recovery(now: Situation, event: Event, at_s: float) -> None:
         case Waited():
             now.thinking_s, now.waits, now.decided = None, (event, at_s + event.seconds), ""
         case ReleasedActions() | NoActionTaken():
-            now.thinking_s, now.act_by_s = None, None
+            now.thinking_s, now.act_by_s, now.waits = None, None, None
         case Compared():
             now.decided, now.advised = event.chosen, ""
             now.thinking_s = now.thinking_s if event.chosen else None
@@ -256,8 +268,14 @@ def _ahead(now: Situation, event: Event, at_s: float) -> None:
             now.outlook, now.done, now.advised, now.decided = None, (event.strategy, at_s), "", ""
         case FaultsEnded() | SymptomsCleared():
             now.outlook, now.advised, now.done = None, "", None
+            _drop(now)
         case NoActionTaken() | ReleaseRefused():
             now.advised = now.decided = ""
+
+
+def _drop(now: Situation) -> None:
+    """Nobody works on an answer any more, and what was waited for or decided comes to nothing."""
+    now.thinking_s, now.waits, now.probe_s, now.decided = None, None, None, ""
 
 
 def _aim(now: Situation, commands: tuple[Command, ...]) -> None:

@@ -8,7 +8,7 @@ from typing import Final
 
 from homeostat.console.card.standing import Standing, Stands
 from homeostat.domain.alternative import AlternativeKind
-from homeostat.domain.events.guard import GuardStarted, RequestAnswered, StateEntered
+from homeostat.domain.events.guard import GuardStarted, RequestAnswered, StateEntered, ThinkingEnded
 from homeostat.domain.events.people import ModeEntered
 from homeostat.domain.events.recovery import (
     Attempted,
@@ -137,6 +137,8 @@ class _Course:
             case GuardStarted():
                 self.open.clear()
                 self._fall(_PENDING, Stands.VOID, "the guard began again and knows of no request", entry)
+            case ThinkingEnded(reason=reason):
+                self._fall((*_THOUGHT, Stands.WAITED), Stands.VOID, reason, entry)
             case RunFinished():
                 pending = (*_THOUGHT, Stands.OFFERED, Stands.WRITTEN)
                 self._fall(pending, Stands.VOID, "the run has ended", entry)

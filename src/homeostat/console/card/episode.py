@@ -315,11 +315,22 @@ _NOT = (RequestStatus.REFUSED, RequestStatus.FAILED, RequestStatus.WITHDRAWN)
 def _acted(episode: Episode, plant: PlantDescription) -> Iterator[Acted]:
     """Fallbacks that acted in an episode, in order."""
     every = (*episode.before, *episode.entries)
-    stood = {e.event.strategy for e in episode.entries if isinstance(e.event, FallbackStands)}
-    for entry in episode.entries:
+    for number, entry in enumerate(episode.entries, 1):
         if isinstance(event := entry.event, FallbackActivated):
             written = moves(event.commands, _before_fallback(every, entry), plant)
-            yield Acted(entry.at_s, event.strategy, plainly(event.reason), written, event.strategy in stood)
+            stands = _stood(event.strategy, episode.entries[number:])
+            yield Acted(entry.at_s, event.strategy, plainly(event.reason), written, stands)
+
+
+def _stood(strategy: str, later: Iterable[Entry]) -> bool:
+    """Whether the plant was read to hold a fallback that has acted, ``later`` and before it acted once more."""
+    for entry in later:
+        match entry.event:
+            case FallbackStands(strategy=told) if told == strategy:
+                return True
+            case FallbackActivated(strategy=told) if told == strategy:
+                return False
+    return False
 
 
 def _before_fallback(entries: Sequence[Entry], acted: Entry) -> Sequence[Entry]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -157,7 +158,8 @@ def _safe(card: Card) -> Iterator[str]:
     yield "Every check holds" if proposal.approved else "Not every check holds"
     yield from (_margin(margin, proposal.members) for margin in proposal.margins)
     if proposal.checks:
-        yield f"{proposal.checks} permissives and targets were judged beside them"
+        what = "permissive or target was" if proposal.checks == 1 else "permissives and targets were"
+        yield f"{proposal.checks} {what} judged beside them"
     if proposal.certificate is not None:
         yield _certified(proposal.certificate)
     if proposal.foresight is not None:
@@ -175,7 +177,8 @@ def _without_action(let_be: LetBe) -> Iterator[str]:
     if not let_be.margins:
         yield f"The least margin is {let_be.margin:+.3g}; whose it is this record does not say"
     elif let_be.checks:
-        yield f"{let_be.checks} permissives and other conditions were judged beside them"
+        what = "permissive or other condition was" if let_be.checks == 1 else "permissives and other conditions were"
+        yield f"{let_be.checks} {what} judged beside them"
 
 
 def _margin(margin: PredictedMargin, members: int) -> str:
@@ -202,7 +205,8 @@ def _costs(card: Card) -> Iterator[str]:
         by = f" by {choice.by}" if choice.by else ""
         admitted = f", not admitted: {choice.refused}" if choice.refused else ", chosen" if choice.chosen else ""
         shown = f" ({_certified(choice.certificate)})" if choice.certificate is not None else ""
-        yield f"{choice.what}{by} {choice.cost:.1f} {card.currency}{shown}{admitted}"
+        cost = f"{choice.cost:.1f} {card.currency}" if math.isfinite(choice.cost) else "at a cost that is not known"
+        yield f"{choice.what}{by} {cost}{shown}{admitted}"
 
 
 def _acted(card: Card) -> Iterator[str]:
@@ -225,4 +229,7 @@ def _deviation(value: float, unit: str) -> str:
 
 
 def _percent(share: float) -> str:
+    """A share in percent; only what is certain is 100 %."""
+    if 0.995 <= share < 1.0:
+        return f"{100 * share:.1f} %" if share < 0.9995 else "> 99.9 %"
     return f"{100 * share:.2g} %" if 0.0 < share < 0.01 else f"{100 * share:.0f} %"

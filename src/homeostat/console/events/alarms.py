@@ -19,8 +19,8 @@ WINDOW_S: Final = 600.0
 """Time over which alarms are counted [s]."""
 FLOOD: Final = 10
 """As many alarms within it are a flood (ISA-18.2, EEMUA 191)."""
-_MOST: Final = 500
-"""Most alarms of the past that are listed."""
+MOST: Final = 500
+"""Most alarms of the past that a page lists."""
 _ORDER: Final = tuple(Priority)
 
 
@@ -80,15 +80,17 @@ class AlarmList:
     shelved: tuple[ListedAlarm, ...]
     """What is out of sight, by when it is shown again."""
     past: tuple[ListedAlarm, ...]
-    """What is over, the latest first."""
+    """What is over, the latest first; of very many the latest ones."""
+    over: int
+    """How many are over."""
     within: int
     """How many were raised within the last 10 min."""
     flood: bool
     """Whether that is a flood."""
 
 
-def alarm_list(entries: Sequence[Entry], at_s: float) -> AlarmList:
-    """The alarms after ``entries``, at ``at_s`` [s]."""
+def alarm_list(entries: Sequence[Entry], at_s: float, most: int | None = MOST) -> AlarmList:
+    """The alarms after ``entries``, at ``at_s`` [s]; of what is over ``most``, None for all of it."""
     book = _Book()
     for entry in entries:
         book.take(entry)
@@ -103,7 +105,8 @@ def alarm_list(entries: Sequence[Entry], at_s: float) -> AlarmList:
     return AlarmList(
         tuple(sorted(standing, key=_urgency)),
         tuple(sorted(shelved, key=lambda a: a.shelved_until_s or 0.0)),
-        tuple(past[::-1][:_MOST]),
+        tuple(past[::-1][:most]),
+        len(past),
         len(recent),
         len(recent) >= FLOOD,
     )

@@ -66,7 +66,7 @@ def _changes(run: OpenedRun, broken: Sequence[tuple[float, tuple[str, ...]]]) ->
         yield from _around(at_s + held_s(run.plant.description), run.last_s)
     events_s = sorted({e.at_s for e in run.entries})
     for at_s, next_s in zip(events_s, [*events_s[1:], run.last_s], strict=True):
-        for then_s in changes_s(run.stands(at_s)):
+        for then_s in changes_s(run.stands(at_s), run.plant.description):
             if then_s > at_s:
                 yield from _around(then_s, next_s)
 

@@ -192,7 +192,7 @@ class _Answers:
     async def feature(self, request: Request) -> Response:
         name = request.query_params.get("name", "")
         readings = self._run.readings
-        if readings is not None and (self._evidence is None or self._evidence.last_s < readings.last_s):
+        if readings is not None and (self._evidence is None or self._evidence.last_s != readings.last_s):
             self._evidence = Evidence(self._run.plant, readings)
         asked, evidence = span(request, self._run), self._evidence
         found = None if evidence is None else await self._lanes.make(request, evidence.feature, name, *asked)

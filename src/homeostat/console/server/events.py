@@ -14,7 +14,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from homeostat.console.events.alarms import AlarmList, alarm_list, as_csv, cell
+from homeostat.console.events.alarms import MOST, AlarmList, alarm_list, as_csv, cell
 from homeostat.console.events.lines import Verified, journal_page, verified
 from homeostat.console.opened import OpenedRun
 from homeostat.console.readings import Readings
@@ -59,7 +59,7 @@ class Events:
 
     async def alarms_csv(self, request: Request) -> Response:
         """All of them as a file."""
-        found = await self._lanes.make(request, self._alarms, number(request, "at", self._run.last_s))
+        found = await self._lanes.make(request, self._alarms, number(request, "at", self._run.last_s), None)
         every = sorted((*found.standing, *found.shelved, *found.past), key=lambda alarm: alarm.raised_s)
         return csv_answer(as_csv(every), "alarms.csv")
 
@@ -100,8 +100,8 @@ class Events:
         except NotReported as error:
             return json_answer({"error": str(error)}, 429 if isinstance(error, Busy) else 400)
 
-    def _alarms(self, at_s: float) -> AlarmList:
-        return alarm_list(self._run.until(at_s), at_s)
+    def _alarms(self, at_s: float, most: int | None = MOST) -> AlarmList:
+        return alarm_list(self._run.until(at_s), at_s, most)
 
     def _verify(self) -> Verified:
         with self._verifying:  # one at a time: it reads everything
