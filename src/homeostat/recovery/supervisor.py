@@ -97,7 +97,7 @@ class RecoveryLoop:
             try:
                 diagnosis = await self._watch.diagnose(deviates, self._desk.wall_s(self._diagnosis_s))
             except TimeoutError:
-                self._probes.drop()
+                self._probes.look_in_vain()
                 self._thought_through()
                 return nothing_is_known(scene, self._diagnosis_s)
             scene.well("diagnosis")
