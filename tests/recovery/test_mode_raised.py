@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from homeostat.domain.mode import Mode
+from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
 from homeostat.domain.observation import FallBack, Observation
 from homeostat.domain.request import RequestStatus
 from tests.agents.scripted import ScriptedAction
 from tests.recovery.desk import AT_ONCE, DOOMED, FINE, Recovery, nothing, ticks, watching
-from tests.recovery.line import BAD
+from tests.recovery.line import BAD, GOOD, Stage, run
 
 
 def in_mode(mode: Mode, first: int, last: int, hot: float = DOOMED) -> tuple[Observation, ...]:
@@ -47,3 +47,20 @@ def test_where_nothing_was_to_be_written_a_mode_that_is_raised_is_no_reason_to_t
     done = Recovery(in_mode(Mode.OBSERVE, 1, 20, FINE), watching(10.0, answer=nothing))
     done.run(*in_mode(Mode.CLOSED_LOOP, 21, 40, FINE))
     assert done.desk.thoughts == 1
+
+
+@pytest.mark.parametrize("before", [Mode.OBSERVE, Mode.ADVISE])
+def test_a_plant_whose_mode_is_raised_in_time_does_not_come_to_its_limit(before: Mode) -> None:
+    """With a real guard: it went on until the trip at 313 K, and the fallback acted."""
+    stage = Stage(ScriptedAction(GOOD), start=301.0, mode=before, end_s=150.0)
+
+    def order(seen: Observation) -> None:
+        if seen.now_s == 60.0:
+            command = PersonCommand("o1", "ann", Role.ENGINEER, Verb.MODE, Mode.CLOSED_LOOP.value)
+            stage.guard.mailbox.put(command)
+
+    stage.hook = order
+    run(stage)
+    assert stage.guard.mode is Mode.CLOSED_LOOP and stage.guard.latched is None
+    ((at_s, commands),) = stage.plant.written
+    assert commands == GOOD.commands and at_s < 65.0 and stage.plant.hottest < 308.0
