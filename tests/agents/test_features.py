@@ -78,3 +78,14 @@ def test_a_balance_goes_on_after_a_gap(gap: tuple[float, float, float]) -> None:
     values = shown(balance(3.0), *rows)
     assert [k for k, value in enumerate(values) if value is None] == [0, 1, 2, 4]
     assert [v for v in values if v is not None] == pytest.approx([0.0] * 16, abs=1e-9)
+
+
+@pytest.mark.parametrize("wild", [math.inf, -math.inf, 3.4e38, -1e15])
+@pytest.mark.parametrize("column", range(3))
+def test_one_wild_reading_is_unknown_and_leaves_nothing_behind(wild: float, column: int) -> None:
+    """An instrument that shows the largest of numbers once: a leak that begins later is seen all the same."""
+    rows = [(0.3, 0.3, 10.0 - 0.05 * max(k - 60, 0)) for k in range(120)]
+    rows[30] = tuple(wild if k == column else value for k, value in enumerate(rows[30]))  # type: ignore[assignment]
+    assert shown(balance(20.0, 5.0), *rows)[-1] == pytest.approx(-1.0, abs=1e-3)
+    found = shown(residual(5.0), *rows)
+    assert found[-1] == pytest.approx(0.0) and (found[30] is None) is (column < 2)

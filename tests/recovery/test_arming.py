@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from homeostat.domain.events.recovery import FallbackArmed
 from homeostat.domain.observation import Arm
 from homeostat.domain.plant.limits import LimitKind, Limits
 from homeostat.domain.recovery import Effect
@@ -17,6 +18,7 @@ from homeostat.domain.verdict import Rollout
 from homeostat.recovery.arming import Arming
 from homeostat.recovery.bounds import Budget
 from homeostat.recovery.deadline import endangered
+from tests.recovery.desk import DOOMED, Recovery, tick
 from tests.safety.world import DRAIN, LIMITS, VENT, broken_down, rollout, rule
 
 WET = rule("LIM-WET", LimitKind.TRIP_LIMIT, "L <= 11", hard=True)
@@ -29,6 +31,7 @@ class Scene:
 
     now = SimpleNamespace(act_by_s=None)
     seen_s = 100.0
+    age_s = 0.0
 
     def __init__(self) -> None:
         self.sent: list[Any] = []
@@ -77,3 +80,13 @@ def test_where_no_table_says_more_its_order_counts(idle: Rollout) -> None:
     message, alarm = armed(idle)
     assert message.strategies == (DRAIN.name, VENT.name) and message.tried is False
     assert alarm.endswith(f"{DRAIN.name!r} acts first, as in the tables")
+
+
+def test_what_physics_leaves_is_counted_from_the_last_sample_and_not_from_when_somebody_looks() -> None:
+    """Nothing was read for 9 s while somebody thought: the limit is nearer by as much, and so is the time to act by."""
+    seen = [tick(float(at_s), DOOMED, sampled=not 10 < at_s < 20) for at_s in range(1, 31)]
+    at_once, late = Recovery(seen[:10]).run(), Recovery(seen, thinking=9).run()
+    assert late.when(FallbackArmed)[0] == 19.0 > at_once.when(FallbackArmed)[0] == 10.0
+    assert late.armed[0].act_by_s == pytest.approx(at_once.armed[0].act_by_s)
+    (soon,), (later,) = at_once.trace.of(FallbackArmed), late.trace.of(FallbackArmed)[:1]
+    assert later.deadline_s <= soon.deadline_s

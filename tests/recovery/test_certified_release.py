@@ -15,6 +15,7 @@ from homeostat.domain.diagnosis import Diagnosis, FaultState, Hypothesis
 from homeostat.domain.recovery import ActionSet, RecoveryPath
 from homeostat.domain.verdict import Approve, Revise, Rollout, RolloutResult, circumstantial
 from homeostat.guard.requests.seal import Sealer
+from homeostat.process.batch import ProcessError
 from homeostat.recovery.bounds import RiskBounds
 from homeostat.recovery.release_check import FIRST, LATER, RISK, Checked, ReleaseCheck
 from homeostat.twin.twin import Interruption
@@ -81,6 +82,20 @@ def test_what_never_violates_a_limit_is_certified_as_soon_as_the_draws_suffice()
     assert certificate is not None and certificate.violations == 0 and certificate.bound <= 0.05
     assert certificate.draws == 32 * len(twin.drawn) < 512, "it stops before all are drawn"
     assert certificate.level == pytest.approx(1.0 - 0.05 * FIRST)
+
+
+def test_what_nothing_can_be_drawn_of_is_refused() -> None:
+    """The last readings are no state of the model for one of the parameter sets."""
+
+    class Breaking(RiskyTwin):
+        def sampled(self, hypotheses: Sequence[Hypothesis], count: int, name: str) -> int:
+            raise ProcessError("member 3 left the physical world")
+
+    twin = Breaking([])
+    found = checked(twin, checking(twin))
+    assert isinstance(found.verdict, Revise) and found.request is None
+    assert [f.criterion for f in found.verdict.violated] == ["CHK-ROLLOUT"]
+    assert "member 3" in found.verdict.violated[0].message
 
 
 def test_one_violation_takes_more_draws_and_many_end_them_early() -> None:

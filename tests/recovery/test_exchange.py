@@ -140,6 +140,28 @@ def test_what_nobody_answers_is_withdrawn() -> None:
     assert at_s and at_s[0] == 11.0
 
 
+@pytest.mark.parametrize("late_s", [0.0, 15.0])
+def test_what_nobody_answers_is_withdrawn_where_minutes_pass_between_two_ticks(late_s: float) -> None:
+    """The tick after the time that there was for an answer is far behind it: who asked is gone by then, and says so."""
+    sent: list[object] = []
+    exchange = Exchange(DeclaredClock(0.0), sent.append, lambda reason: None, ExchangeSettings(tick_s=60.0))
+    exchange.publish(observation(60.0))
+
+    async def asks() -> None:
+        asked = asyncio.create_task(exchange.ask(REQUEST, 120.0))
+        for k in range(2, 20):
+            await asyncio.sleep(0)
+            exchange.publish(observation(60.0 * k + late_s))
+            await asyncio.sleep(0.01)
+            if k == 4:
+                assert Withdraw(REQUEST.id, "no answer in the time that there was for it") in sent
+                assert not asked.done(), "the guard has not had a tick yet to answer in"
+        await asked
+
+    with pytest.raises(TimeoutError, match="within 720 s"):
+        asyncio.run(asks())
+
+
 def thinking_for_ever(stop: threading.Event, yields: bool) -> Callable[[], Coroutine[Any, Any, None]]:
     async def think() -> None:
         while not stop.is_set():

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import pytest
@@ -19,11 +22,11 @@ from homeostat.domain.request import RequestStatus
 from homeostat.domain.verdict import Rollout
 from homeostat.links.clock import DeclaredClock
 from homeostat.record.story.story import Story
-from homeostat.recovery.bounds import InterventionBounds
+from homeostat.recovery.bounds import Budget, InterventionBounds
 from homeostat.recovery.plant_rules import Bounds
 from homeostat.twin.twin import Interruption
 from tests.agents.scripted import ScriptedAction, ScriptedMonitoring
-from tests.recovery.desk import PlanningByState, Recovery, latched, ticks, watching
+from tests.recovery.desk import PlanningByState, Recovery, latched, nothing, ticks, watching
 from tests.recovery.line import COOLING, GOOD, LineTwin, Stage, feed, safe
 from tests.twin.followed import reactor
 
@@ -268,3 +271,33 @@ def test_the_guard_leaves_what_recovery_answers_in_time() -> None:
     assert stage.guard.latched is None and len(stage.trace.of(ProbeEnded)) == 1
     assert len(stage.trace.of(ReleasedActions)) == 2, "the test move, and what recovers the line"
     assert max(r.values["T"] for r in stage.plant.readings) < 313.0
+
+
+@pytest.mark.parametrize(("answer", "likeliest"), [(sure, "dirty"), (nothing, "none")])
+def test_a_test_is_not_forgotten_where_the_diagnosis_after_it_is_late(
+    answer: Callable[[float], Diagnosis], likeliest: str
+) -> None:
+    """The plant stands where the test has brought it, which is nowhere to stay, be anything wrong or not."""
+    go_on, ended = threading.Event(), threading.Event()
+
+    def late(at_s: float) -> Diagnosis:
+        if at_s < 12.0:
+            return unsure(at_s)
+        go_on.wait(20.0)
+        ended.set()
+        return answer(at_s)
+
+    bounds = replace(SHORT, budget=Budget(diagnosis_s=0.2))
+    done = Recovery(ticks(1, 20, NEAR), watching(10.0, answer=late), bounds=bounds, probing=ScriptedProbing((LITTLE,)))
+    done.probing.twin = done.twin  # type: ignore[union-attr]
+    assert begun(done.run()) == [10.0] and done.when(ProbeEnded) == [] and done.released == [10.0]
+    assert [name for name, _ in done.alarms] == ["recovery:diagnosis"], (
+        "one look in vain, and no other until it is there"
+    )
+    go_on.set()
+    assert ended.wait(20.0)
+    time.sleep(0.1)  # until the thread has said so
+    done.run(*ticks(21, 30, NEAR))
+    end = done.trace.of(ProbeEnded)[0]
+    assert (end.likeliest, end.told) == (likeliest, True) and done.when(ProbeEnded)[0] == 21.0
+    assert done.released[:2] == [10.0, 21.0]

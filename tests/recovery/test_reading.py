@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import math
 import threading
+from decimal import Decimal
 
 import pytest
 
@@ -235,3 +237,38 @@ def test_the_loop_of_a_scripted_guard_ticks_on_while_its_source_blocks() -> None
     causes = [m.cause for _, m in guard.taken if isinstance(m, Trouble)]
     assert len(causes) == 1 and "the source has not answered" in causes[0]
     assert [m for _, m in guard.taken if isinstance(m, Settled)] == [Settled("source")]
+
+
+class OneDict(Seconds):
+    """A link that fills the same dictionary at each tick, with whatever its plant gave it."""
+
+    def __init__(self, *given: object) -> None:
+        super().__init__(float(len(given)))
+        self._given, self._values = given, dict[str, float]()
+
+    def advance(self) -> Snapshot | None:
+        self.now_s += 1.0
+        self._values["T"] = self._given[int(self.now_s) - 1]  # type: ignore[assignment]
+        return Snapshot(self.now_s, self._values)
+
+
+@pytest.mark.parametrize("value", [None, "300", 10**400, Decimal(300), object()])
+def test_what_is_no_number_is_none_for_whoever_thinks_as_for_the_guard(value: object) -> None:
+    """Thinking failed at it three times, and was lost; the guard took it for a reading that is missing."""
+    world = World()
+    seen = drive(world, OneDict(300.0, value, 301.0))
+    assert [o.sample is not None and o.sample.values["T"] for o in seen] == pytest.approx(
+        [300.0, math.nan, 301.0], nan_ok=True
+    )
+
+
+def test_what_is_no_sample_at_all_is_left_to_the_guard() -> None:
+    world = World()
+
+    class Odd(Seconds):
+        def advance(self) -> Snapshot | None:
+            super().advance()
+            return "nothing of the kind"  # type: ignore[return-value]
+
+    seen = drive(world, Odd(3.0))
+    assert [o.sample for o in seen] == [None] * 3 and len(raised(world, "link")) == 1

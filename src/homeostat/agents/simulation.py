@@ -41,9 +41,15 @@ class TwinSimulation:
             self._twin.observe(snapshot)
 
     def instrument_errors(self, diagnosis: Diagnosis) -> tuple[Mapping[str, float], ...]:
-        """Errors of at least one scale of the tag, under every hypothesis that is not all but ruled out."""
+        """Errors of at least one scale of the tag, under every hypothesis that is not all but ruled out.
+
+        None where the twin cannot say, as with readings that are no state of the model: they are taken as they are.
+        """
         scale = self._scales
-        found = self._twin.instrument_errors(plausible(diagnosis))
+        try:
+            found = self._twin.instrument_errors(plausible(diagnosis))
+        except ProcessError:
+            return ()
         return tuple({t: e for t, e in errors.items() if abs(e) >= scale[t]} for errors in found)
 
     async def roll_out(self, diagnosis: Diagnosis, actions: ActionSet, ended: Interruption | None = None) -> Rollout:

@@ -3,9 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+WILD: Final = 1e12
+"""No plant has a reading as large as this, in any unit: it is what an instrument shows that has nothing to show. A sum
+with it in it has no digits left for what the plant does."""
 
 
 class Quality(StrEnum):

@@ -6,6 +6,7 @@ from enum import Enum
 
 from homeostat.domain.diagnosis import Diagnosis, Symptom
 from homeostat.domain.events.deviations import Missed
+from homeostat.domain.mode import Mode
 from homeostat.domain.plant.state_machine import StateMachine
 from homeostat.domain.verdict import Released
 from homeostat.recovery.look.news import Look, is_news
@@ -31,6 +32,8 @@ class RecoveryMemory:
     """What is missed for so long that an improvement is asked for; None where nothing is, or once it was thought of."""
     in_vain: Look | None = None
     """The look after which proposers found nothing, and the plant was left as it is; None where they were not asked."""
+    unwritten: Mode | None = None
+    """Mode in which what was found last was only advised, or a fallback only wanted; None where nothing was."""
 
     @property
     def recovered(self) -> bool:
@@ -90,6 +93,10 @@ class Agenda:
     def way_back_is_due(self, memory: RecoveryMemory, scene: Scene) -> bool:
         """Whether nothing is wrong any more, and the plant is to go back to ordinary operation now."""
         return memory.back_s is not None and scene.seen_s >= memory.back_s
+
+    def mode_is_raised(self, memory: RecoveryMemory, scene: Scene) -> bool:
+        """Whether what was to be done and was not written may be by now: it is what the mode was raised for."""
+        return memory.unwritten not in (None, scene.now.mode) and scene.now.mode.writes
 
     def after_diagnosis(self, memory: RecoveryMemory, diagnosis: Diagnosis, scene: Scene) -> RecoveryMemory:
         """What is remembered after a diagnosis: where all is over, a plant that was moved is to go back."""

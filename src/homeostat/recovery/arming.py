@@ -113,9 +113,9 @@ class Arming:
         standing_s = None if anew else scene.now.act_by_s
         scene.send(Correction(self._simulation.instrument_errors(diagnosis)))
         until_s = math.inf if standing_s is None else standing_s - scene.seen_s
-        left_s = deadline_s(idle, limits, budget.latency_s, budget.reserve_s, until_s)
+        left_s = deadline_s(idle, limits, budget.latency_s, budget.reserve_s, until_s, scene.age_s)
         danger = endangered(idle, limits)
-        named_s = act_by_s(idle, limits, scene.seen_s, budget.reserve_s)
+        named_s = act_by_s(idle, limits, scene.seen_s, budget.reserve_s, scene.age_s)
         armed = TimeLeft(min((t for t in (named_s, standing_s) if t is not None), default=None), left_s)
         try:
             ranked = await scene.within("arming the fallback", budget.arming_s, self._ranked(diagnosis, danger))

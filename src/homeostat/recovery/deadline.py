@@ -11,24 +11,27 @@ SHORTEST_S = 1.0
 """Thinking gets this much process time even where physics leaves less: the fallback is armed meanwhile [s]."""
 
 
-def deadline_s(idle: Rollout, limits: Limits, latency_s: float, reserve_s: float, left_s: float = math.inf) -> float:
+def deadline_s(
+    idle: Rollout, limits: Limits, latency_s: float, reserve_s: float, left_s: float = math.inf, age_s: float = 0.0
+) -> float:
     """Thinking time: ``latency_s``, or what is left before the first hard limit is violated without action [s].
 
-    ``idle``: what happens without action; ``reserve_s``: what is kept for the fallback to act [s]; ``left_s``: until a
-    time to act by that stands already [s].
+    ``idle``: what happens without action, from a sample on that is ``age_s`` old [s]; ``reserve_s``: what is kept for
+    the fallback to act [s]; ``left_s``: until a time to act by that stands already [s].
     """
-    return min(latency_s, max(min(first_violated_s(idle, limits) - reserve_s, left_s), SHORTEST_S))
+    return min(latency_s, max(min(first_violated_s(idle, limits) - age_s - reserve_s, left_s), SHORTEST_S))
 
 
-def act_by_s(idle: Rollout, limits: Limits, now_s: float, reserve_s: float) -> float | None:
+def act_by_s(idle: Rollout, limits: Limits, now_s: float, reserve_s: float, age_s: float = 0.0) -> float | None:
     """Process time by which something must be done, ``reserve_s`` before a hard limit is violated without it [s].
 
-    None where none is violated. The shortest thinking and ``reserve_s`` for the guard to write are left in any case:
-    a limit that is violated meanwhile trips by itself. So this moves later with ``now_s``; an earlier time that stands
-    in the guard counts all the same.
+    ``idle`` begins with a sample that is ``age_s`` old [s]: what was not read has passed all the same. None where no
+    limit is violated. The shortest thinking and ``reserve_s`` for the guard to write are left in any case: a limit that
+    is violated meanwhile trips by itself. So this moves later with ``now_s``; an earlier time that stands in the guard
+    counts all the same.
     """
     first_s = first_violated_s(idle, limits)
-    return None if math.isinf(first_s) else now_s + max(first_s - reserve_s, SHORTEST_S + reserve_s)
+    return None if math.isinf(first_s) else now_s + max(first_s - age_s - reserve_s, SHORTEST_S + reserve_s)
 
 
 def first_violated_s(idle: Rollout, limits: Limits) -> float:

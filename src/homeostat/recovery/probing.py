@@ -54,6 +54,8 @@ class _UnderWay:
     """Process time at which the plant is looked at again [s]."""
     back: bool = False
     """Whether it is the way back from a test, which tells nothing."""
+    late: bool = False
+    """Whether it was looked at in vain: the diagnosis that is late says when that is done again."""
 
 
 class Probes:
@@ -81,7 +83,13 @@ class Probes:
 
     def due(self, now_s: float) -> bool:
         """Whether a probe is over and was not looked at."""
-        return self._under_way is not None and now_s >= self._under_way.until_s
+        under_way = self._under_way
+        return under_way is not None and not under_way.late and now_s >= under_way.until_s
+
+    def look_in_vain(self) -> None:
+        """The diagnosis is late: what is under way is ended by it, as the plant stands where a test has brought it."""
+        if self._under_way is not None:
+            self._under_way = replace(self._under_way, late=True)
 
     def drop(self) -> None:
         """A fallback acts: nobody learns anything from the probe any more."""

@@ -24,6 +24,7 @@ from homeostat.domain.request import Request, Seal
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import NOT_YET, Approve, Finding, Revise, Rollout, RolloutResult, Verdict, Violating
 from homeostat.guard.requests.permissives import refusal
+from homeostat.process.batch import ProcessError
 from homeostat.recovery.bounds import RiskBounds
 from homeostat.twin.forecast import Ensemble
 from homeostat.twin.twin import Twin
@@ -149,7 +150,10 @@ class ReleaseCheck:
         self._certified = number = self._certified + 1
         worst: dict[str, Finding] = {}
         while draws < risk.most:
-            members = twin.sampled(hypotheses, risk.batch, f"{number}/{draws // risk.batch}")
+            try:
+                members = twin.sampled(hypotheses, risk.batch, f"{number}/{draws // risk.batch}")
+            except ProcessError as broke:  # the last readings are no state of the model
+                return Revise((refusal("CHK-ROLLOUT", f"{RolloutResult.BROKE_DOWN.value} {broke}"),))
             bench = self._bench(twin, hypotheses, members)
             rollout = bench.roll_out(found.actions, found.ended)
             if rollout.result is not RolloutResult.COMPLETED:

@@ -50,6 +50,11 @@ class Scene:
         return 0.0 if self._last is None else self._last.now_s
 
     @property
+    def age_s(self) -> float:
+        """How long ago the last sample was taken, from which the twin goes on [s]."""
+        return max(self.seen_s - self._recent[-1].at_s, 0.0) if self._recent else 0.0
+
+    @property
     def recent(self) -> tuple[Snapshot, ...]:
         """The last minutes, the oldest first."""
         return tuple(self._recent)

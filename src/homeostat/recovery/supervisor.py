@@ -69,7 +69,7 @@ class RecoveryLoop:
             if self._watch.stands_back(seen):
                 self._probes.drop()
                 self._waits.drop()
-                self._memory = replace(self._memory, unanswered=False, missed=None)
+                self._memory = replace(self._memory, unanswered=False, missed=None, unwritten=None)
                 continue
             if missed is not None:
                 self._memory = replace(self._memory, missed=missed)
@@ -97,7 +97,7 @@ class RecoveryLoop:
             try:
                 diagnosis = await self._watch.diagnose(deviates, self._desk.wall_s(self._diagnosis_s))
             except TimeoutError:
-                self._probes.drop()
+                self._probes.look_in_vain()
                 self._thought_through()
                 return nothing_is_known(scene, self._diagnosis_s)
             scene.well("diagnosis")
@@ -115,14 +115,18 @@ class RecoveryLoop:
             due = any(e.waited for e in over) or diagnosis.ended_s is not None or self._is_asked_for()
             missed = self._memory.missed is not None
             if diagnosis.symptoms or diagnosis.faulty or deviates or due or missed or scene.now.act_by_s is not None:
+                self._memory = replace(self._memory, unwritten=None)
                 outcome = await self.recover(diagnosis, deviates, probed, waited)
                 self._thought_through()
+                if isinstance(outcome, FallbackNeeded) and not scene.now.mode.alone:
+                    self._memory = replace(self._memory, unwritten=scene.now.mode)
                 released = isinstance(outcome, Released)
                 acts = diagnosis.faulty or ((deviates or diagnosis.symptoms or missed) and released)
                 if acts and not isinstance(outcome, FallbackNeeded):  # that may still be overtaken until it has acted
                     self._watch.follow(outcome)
                 await self._doubts.escalate(diagnosis, outcome, self._watch.symptoms)
             else:
+                self._memory = replace(self._memory, unwritten=None)
                 scene.record(Concluded("nothing is wrong, and nothing is asked for"))
         finally:
             scene.flush()
@@ -130,7 +134,8 @@ class RecoveryLoop:
     def _is_due(self) -> bool:
         """Whether the plant is to be looked at although nothing new was seen."""
         over = self._probes.due(self._scene.seen_s) or self._waits.due(self._scene.seen_s)
-        return over or self._memory.missed is not None or self._is_asked_for()
+        raised = self._agenda.mode_is_raised(self._memory, self._scene)
+        return over or raised or self._memory.missed is not None or self._is_asked_for()
 
     def _thought_through(self) -> None:
         """Nothing asks for an improvement any more until it is missed for as long again."""
@@ -187,6 +192,7 @@ class RecoveryLoop:
             else:
                 if isinstance(taken.outcome, NoActionNeeded):
                     if not taken.waiting:
+                        self._memory = replace(self._memory, unwritten=scene.now.mode)
                         stand_down(scene, armed)
                     return taken.outcome
                 assert taken.rollout is not None  # what was released was rolled out

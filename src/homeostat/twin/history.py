@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.snapshot import WILD, Snapshot
 from homeostat.process.types import Flags, Table, Vec
 
 COURSE = 5.0
@@ -192,7 +192,7 @@ class History:
         given, bad = snapshot.values, snapshot.bad
         self._frozen_s = {self._variables[t]: s for t, s in snapshot.frozen_s.items() if t in self._variables}
         values = np.array([given.get(t, math.nan) for t in self._variables])
-        lacking = ~(np.isfinite(values) | self._may_be_nan)
+        lacking = ~(np.isfinite(values) | self._may_be_nan) | (np.abs(values) >= WILD)
         if bad or not self._variables.keys() <= given.keys():
             lacking |= [t in bad or t not in given for t in self._variables]
         unknown = lacking if lacking.any() else None

@@ -22,7 +22,7 @@ from homeostat.domain.snapshot import Snapshot
 from homeostat.journal import MemoryTrace
 from homeostat.service.thinking import line as lines
 from homeostat.service.thinking.away import Away, AwayTrace
-from homeostat.service.thinking.codec import Hello, Told
+from homeostat.service.thinking.codec import Hello, Ready, Told
 from homeostat.service.thinking.line import MOST_BYTES, Answering, ThinkingLine
 from tests.guard.vessel import MACHINE
 
@@ -137,6 +137,28 @@ def test_thinking_that_is_gone_is_an_alarm_and_the_next_one_is_told_everything(g
     assert len(guard.trace.of(ThinkingEnded)) == 1
     second = Thinker(path)
     until(lambda: {1.0, 2.0} <= set(second.times))
+    second.go()
+
+
+def test_what_troubled_thinking_that_is_gone_is_over_when_another_process_thinks(guard: Guard, path: Path) -> None:
+    """It said that it is lost: that stood for ever, while plant and recovery were well, and hid the next time."""
+    lost, late = Trouble("recovery:lost", "it failed 3 times"), Trouble("recovery:diagnosis", "it took too long")
+    first = Thinker(path)
+    until(lambda: first.told)
+    for said in (Ready(1, ""), late, Settled("recovery:diagnosis"), lost):
+        first.away.send(said)
+    until(lambda: lost in guard.messages)
+    first.away.send(Ready(1, ""))  # the same one comes back: what it said holds
+    until(lambda: len(guard.trace.of(ThinkingBegan)) == 2)
+    assert Settled("recovery:lost") not in guard.messages
+    first.go()
+    until(lambda: guard.trace.of(ThinkingEnded))
+    second = Thinker(path)
+    until(lambda: second.told)
+    second.away.send(Ready(2, ""))
+    until(lambda: len(guard.trace.of(ThinkingBegan)) == 3)
+    assert Settled("recovery:lost") in guard.messages
+    assert guard.messages.count(Settled("recovery:diagnosis")) == 1, "that was over before"
     second.go()
 
 

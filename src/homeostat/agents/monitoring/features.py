@@ -5,7 +5,7 @@ from collections import deque
 
 from homeostat.domain.diagnosis import Feature
 from homeostat.domain.plant.timing import TICK_S
-from homeostat.domain.snapshot import Snapshot
+from homeostat.domain.snapshot import WILD, Snapshot
 
 
 class FeatureFilter:
@@ -26,14 +26,14 @@ class FeatureFilter:
         What came in while a reading was unknown is taken to be what came in before.
         """
         values, at_s = snapshot.values, snapshot.at_s
-        raw = self.feature.expression.value(values)
+        raw = _known(self.feature.expression.value(values))
         passed_s = self._tick_s if self._at_s is None else at_s - self._at_s
         if self.feature.accumulation is None:
             if math.isnan(raw):
                 return None
             self._at_s = at_s
             return self._smooth(raw, passed_s)
-        stored = self.feature.accumulation.value(values)
+        stored = _known(self.feature.accumulation.value(values))
         # What is stored minus everything that came in since the start: constant while the balance closes.
         unexplained = stored - self._integral
         self._rate = self._rate if math.isnan(raw) else raw
@@ -56,3 +56,8 @@ class FeatureFilter:
         gain = 1.0 - math.exp(-passed_s / lag_s) if lag_s > 0.0 else 1.0
         self._filtered = before + gain * (raw - before)
         return self._filtered
+
+
+def _known(value: float) -> float:
+    """``value``; NaN where an instrument shows infinity, or what it shows where it has nothing to show."""
+    return value if abs(value) < WILD else math.nan

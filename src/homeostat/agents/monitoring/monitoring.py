@@ -11,11 +11,11 @@ from homeostat.agents.monitoring.features import FeatureFilter
 from homeostat.agents.monitoring.followed import Followed
 from homeostat.agents.monitoring.recurring import Recurring
 from homeostat.agents.monitoring.settings import MonitoringSettings
-from homeostat.agents.monitoring.sharpening import Sharpening
+from homeostat.agents.monitoring.sharpening import Sharpening, calibrated
 from homeostat.agents.monitoring.stepped import Stepped
 from homeostat.agents.monitoring.still import Picture, Still
 from homeostat.agents.monitoring.symptoms import SymptomWatch
-from homeostat.agents.monitoring.unexplained import Unexplained
+from homeostat.agents.monitoring.unexplained import Unexplained, nothing_fits
 from homeostat.domain.diagnosis import (
     AS_LIKELY_AS_NOT,
     Diagnosis,
@@ -29,6 +29,7 @@ from homeostat.domain.plant.baseline import Baseline
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.snapshot import Snapshot
 from homeostat.domain.verdict import FallbackNeeded, NoActionNeeded, Released, Resolution
+from homeostat.process.batch import ProcessError
 from homeostat.stl.formula import Formula
 from homeostat.twin.isolation.ended import left_open
 from homeostat.twin.twin import Twin
@@ -127,7 +128,10 @@ class TwinMonitoring:
         again, self._again = self._again, False
         if checks and self._said and not (deviates or self._forgot):
             return Diagnosis(self._at_s, self._last, self._said, news=False)
-        hypotheses = self._explain(self._symptoms, deviates)
+        try:
+            hypotheses = self._explain(self._symptoms, deviates)
+        except ProcessError:
+            return self._no_state()
         nothing = Diagnosis(self._at_s, (), ())
         if not hypotheses:  # no symptom any more, and nothing known: what was thought of the last one is not forgotten
             if self._at_s >= self._returns_until_s:
@@ -249,6 +253,13 @@ class TwinMonitoring:
         self._acknowledged.update({s.rule: self._at_s + wait_s for s in self._symptoms})
         return Diagnosis(self._at_s, self._symptoms, hypotheses, doubts=True)
 
+    def _no_state(self) -> Diagnosis:
+        """The readings are no state of the model, whatever is wrong: what was said stands, or nothing explains them."""
+        if not self._said:
+            return self._unexplained(nothing_fits(self._symptoms, self._at_s))
+        self._acknowledged.update({s.rule: self._at_s + self._settings.repeat_s for s in self._symptoms})
+        return Diagnosis(self._at_s, self._last, self._said, news=False)
+
     def follow(self, outcome: Resolution) -> None:
         """Take note of what was done: an expected transient is not a new fault, and reviews are scheduled."""
         self._first_s = None
@@ -310,9 +321,10 @@ class TwinMonitoring:
             self._sums[name] += value
         self._counted += 1
         if self._counted * self._timing.tick_s >= self._settings.centre_s:
+            if not calibrated(self._twin, self._settings.centre_s):
+                return self._learn(values, healthy=False)
             for watch in self._watches:
                 watch.centre(self._sums[watch.rule.feature] / self._counted)
-            self._twin.calibrate(self._settings.centre_s)
             self._centred, self._counted, self._adapted_s = True, 0, self._at_s
 
     def _adapt(self, values: Mapping[str, float], at_s: float, healthy: bool) -> None:
@@ -323,7 +335,7 @@ class TwinMonitoring:
             watch.follow(values[watch.rule.feature], share)
         self._counted = self._counted + 1 if healthy else 0
         if self._counted * self._timing.tick_s >= self._settings.adapt_s:
-            self._twin.calibrate(self._settings.centre_s)
+            calibrated(self._twin, self._settings.centre_s)
             self._counted = 0
 
     def _attention(self, at_s: float) -> bool:

@@ -2,6 +2,7 @@
 
 from homeostat.domain.diagnosis import Hypothesis, with_a_twin
 from homeostat.domain.plant.timing import Timing
+from homeostat.process.batch import ProcessError
 from homeostat.twin.twin import Twin
 
 MOVED_S = 60.0
@@ -33,3 +34,12 @@ class Sharpening:
         seconds = min(at_s - self.released_s, self._review_s) - self._moved_s
         if seconds >= (self._strayed_s if deviates else self._review_s / 2):
             self._twin.recalibrate(seconds, carried)
+
+
+def calibrated(twin: Twin, seconds: float) -> bool:
+    """Have ``twin`` learn from the last ``seconds`` [s]; False where some of them are no state of the model."""
+    try:
+        twin.calibrate(seconds)
+    except ProcessError:
+        return False
+    return True

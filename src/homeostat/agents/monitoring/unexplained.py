@@ -1,6 +1,8 @@
 """Unexplained: which symptoms nothing explains, when they are looked at again, and how large they were then."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+
+from homeostat.domain.diagnosis import SOMETHING_ELSE, FaultState, Hypothesis, Symptom
 
 GREW = 2.0
 """What is this many times as large as it ever was at a look is looked at again at once [1]."""
@@ -54,3 +56,9 @@ class Unexplained:
             self._largest.pop(rule, None)
         if not self._seen_s:
             self._wait_s = self._first_s
+
+
+def nothing_fits(symptoms: Sequence[Symptom], at_s: float) -> tuple[Hypothesis, ...]:
+    """The explanation of ``symptoms`` at ``at_s`` [s] where none that anybody can name was even tried."""
+    since_s = min((s.at_s for s in symptoms), default=at_s)
+    return (Hypothesis((FaultState(SOMETHING_ELSE, 1.0, since_s),), 1.0),)

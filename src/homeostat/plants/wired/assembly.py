@@ -22,7 +22,7 @@ from homeostat.agents.search.reprompting import MarginReprompting
 from homeostat.agents.simulation import TwinSimulation
 from homeostat.agents.validation import LimitValidation
 from homeostat.domain.mode import Mode
-from homeostat.domain.observation import Message, Trouble
+from homeostat.domain.observation import Message, Settled, Trouble
 from homeostat.domain.plant.rules import GuardRules
 from homeostat.domain.plant.timing import TICK_S
 from homeostat.domain.ports import Clock, Lease, Source
@@ -301,6 +301,7 @@ def recovery_beside(plant: Plant, outside: Outside, seed: int, arrangement: Arra
 
     def failed(cause: str) -> None:
         send(Trouble("recovery:failed", cause))
+        send(Settled("recovery:failed"))  # it begins again: people are to have seen it, and are called the next time
 
     tick_s = plant.description.timing.tick_s
     thinking_s = BUSY_S + arrangement.budget.for_ticks(tick_s).longest_s

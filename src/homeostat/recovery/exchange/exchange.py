@@ -18,7 +18,8 @@ EPSILON_S = 1e-9
 PAUSE = 50
 """Observations between two moments at which recovery's event loop looks after what else it has to do."""
 GRACE_S = 10.0
-"""After a request was withdrawn, how long the guard's last word on it is waited for [s]."""
+"""After a request was withdrawn, how long the guard's last word on it is waited for, where a tick is a second or less
+[s]; so many ticks where it is longer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +66,7 @@ class Exchange:
         """``send`` puts a message into the guard's mailbox; ``lost`` is told, once, why recovery was given up."""
         self._clock, self._send, self._lost = clock, send, lost
         self._settings = settings or ExchangeSettings()
+        self._grace_s = GRACE_S * max(self._settings.tick_s, 1.0)
         self._changed = threading.Condition()
         self._unread: deque[Observation] = deque()
         self._kept: deque[Observation] = deque(maxlen=self._settings.ring)
@@ -130,7 +132,8 @@ class Exchange:
         finally:
             self._unpark(parked)
         if answer is None:
-            raise TimeoutError(f"the guard did not answer request {request.id!r} within {within_s + GRACE_S:.0f} s")
+            waited_s = within_s + self._grace_s
+            raise TimeoutError(f"the guard did not answer request {request.id!r} within {waited_s:.0f} s")
         return answer
 
     async def think(self, work: Coroutine[Any, Any, None]) -> bool:
@@ -312,11 +315,11 @@ class Exchange:
         final = [a for a in observation.answers if a.request == parked.request and a.status.final]
         if final:
             self._resume(parked, final[-1])
-        elif observation.now_s >= parked.until_s + GRACE_S:
-            self._resume(parked, None)
-        elif observation.now_s >= parked.until_s and not parked.withdrawn:
+        elif observation.now_s >= parked.until_s and not parked.withdrawn:  # before anybody gives it up
             parked.withdrawn = True
             self._send(Withdraw(parked.request, "no answer in the time that there was for it"))
+        elif observation.now_s >= parked.until_s + self._grace_s:
+            self._resume(parked, None)
 
     def _resume(self, parked: _Parked, answer: Answer | None) -> None:
         self._parked, self._busy_since = None, time.monotonic()

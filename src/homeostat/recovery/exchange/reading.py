@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from numbers import Real
 from typing import TypeVar
 
 from homeostat.domain.ports import Source
@@ -117,7 +118,7 @@ def _looked(source: Source) -> _Look:
     """Advance ``source`` by one tick, and read its clock."""
     sample, now_s, troubles = None, None, []
     try:
-        sample = source.advance()
+        sample = _own(source.advance())
     except ProcessError:
         raise  # there is no plant any more
     except BaseException as broken:  # whatever a link raises, the guard decides without a sample
@@ -127,3 +128,24 @@ def _looked(source: Source) -> _Look:
     except BaseException as broken:
         troubles.append(("source:clock", f"the source does not say what time it is: {said(broken)}"))
     return _Look(sample, now_s, tuple(troubles))
+
+
+def _own(sample: Snapshot | None) -> Snapshot | None:
+    """``sample`` with values of its own, which are numbers: whoever thinks reads them later, and a link may go on.
+
+    What is no sample at all stays as it is: the guard says so.
+    """
+    try:
+        return None if sample is None else replace(sample, values={t: _number(v) for t, v in sample.values.items()})
+    except Exception:
+        return sample
+
+
+def _number(value: object) -> float:
+    """``value`` as a float; NaN where it is none, or is too large for one."""
+    if type(value) is float:  # nearly always
+        return value
+    try:
+        return float(value) if isinstance(value, Real) else math.nan
+    except OverflowError:
+        return math.nan

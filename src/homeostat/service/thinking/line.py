@@ -31,6 +31,8 @@ MOST_NEW: Final = 600
 """Most observations that wait to be packed while thinking takes none; older ones are dropped."""
 MOST_ALARMS: Final = 20
 """Most alarms of thinking's that are passed on in a tick: the guard hears so many, and has its own to hear."""
+MOST_RAISED: Final = 100
+"""Most names of alarms of thinking's that are remembered."""
 AGAIN_S: Final = 0.2
 """Wait before a line that could let nobody in is tried again, wall-clock [s]."""
 ALARM: Final = "recovery:thinking"
@@ -71,6 +73,8 @@ class ThinkingLine:
         self._size, self._dropped = 0, 0
         self._connection: Shared | None = None
         self._next, self._now_s, self._over, self._alarms = 0, 0.0, False, 0
+        self._process: int | None = None
+        self._raised: set[str] = set()
         for work in (self._listen, self._tell):
             threading.Thread(target=work, name="thinking's line", daemon=True).start()
 
@@ -124,6 +128,7 @@ class ThinkingLine:
                 continue
             if isinstance(said, Ready):
                 process = said.process
+                self._begins(process)
                 self._note(ThinkingBegan(process, said.playbook))
                 self._answering.put(Settled(ALARM))
             elif isinstance(said, Recorded):
@@ -133,13 +138,26 @@ class ThinkingLine:
             else:
                 self._answering.put(said)
 
+    def _begins(self, process: int) -> None:
+        """What troubled another process, which is gone, is over, or is said again: nobody else would end it."""
+        if process != self._process:
+            for name in sorted(self._raised):
+                self._answering.put(Settled(name))
+            self._raised.clear()
+        self._process = process
+
     def _alarm(self, said: Trouble | Settled) -> None:
         """Pass on that something is wrong, or right again; what is said too often waits for nobody, and is dropped."""
         with self._changed:
             self._alarms += 1
             passes = self._alarms <= MOST_ALARMS
-        if passes:
-            self._answering.put(said)
+        if not passes:
+            return
+        self._answering.put(said)
+        if isinstance(said, Settled):
+            self._raised.discard(said.name)
+        elif len(self._raised) < MOST_RAISED:
+            self._raised.add(said.name)
 
     def _record(self, said: Recorded) -> None:
         try:

@@ -317,7 +317,10 @@ def broken_laws(window: Window, description: PlantDescription, model: ProcessMod
         state[:] = model.estimate(window.at(k - 1))
         model.resume(state[None], {v: r[k - 2 : k] for v, r in window.readings.items()}, parameters.copy())
     inputs = as_followed(window, description, model, rows)
-    shown = _simulated(model, states, parameters, inputs[:, None], np.zeros(len(rows)))[:, 0]
+    try:
+        shown = _simulated(model, states, parameters, inputs[:, None], np.zeros(len(rows)))[:, 0]
+    except ProcessError:  # some of the last readings are no state of the model
+        return ()
     lawful = dict(zip(model.shown, shown.T, strict=True))
     found = (_broken(window, description, loop, rows, lawful) for loop in description.loops)
     return tuple(f for f in found if f is not None)
