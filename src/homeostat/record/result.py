@@ -104,7 +104,8 @@ class Result:
     nominal_s: float | None
     """The same in the fault-free run [s]."""
     totals: dict[str, float]
-    """What the plant adds up over a run -> its true value at the end; the unit is the end of the name."""
+    """What the plant adds up over a run -> its true value at the end; the unit is the end of the name.
+    What is not known at the end is not there."""
     steps: StepScores | None
     """How many single steps a language model got right; None unless it was asked in every state."""
     thinking_s: float
