@@ -10,6 +10,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -104,10 +105,14 @@ def test_a_case_that_has_gone_is_one_line(tmp_path: Path) -> None:
     assert [row.job for row in ended.rows] == [JOBS[1].name]
 
 
-def test_nothing_but_failures(tmp_path: Path) -> None:
+def test_nothing_but_failures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An earlier report of other rows does not stay: the new one says that there are none, and why."""
+    told = list[tuple[Any, ...]]()
+    monkeypatch.setattr(whole, "write_report", lambda *given: told.append(given) or (tmp_path / "page",))
     ended = done(tmp_path, (broken(JOBS[0]),))
-    assert (ended.rows, len(ended.failed), ended.files) == ((), 1, (tmp_path / DATASET,))
+    assert (ended.rows, len(ended.failed), ended.files) == ((), 1, (tmp_path / DATASET, tmp_path / "page"))
     assert read_dataset(tmp_path / DATASET) == []
+    assert [(given[2], given[-1]) for given in told] == [([], [(ended.failed[0].job.name, ended.failed[0].failure)])]
 
 
 def test_a_full_disk_loses_nothing_that_was_shown(

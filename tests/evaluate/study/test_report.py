@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from homeostat.evaluate.report.contents import contents
-from homeostat.evaluate.report.report import REPORT, write_report
+from homeostat.evaluate.report.report import REPORT, Unmade, write_report
 from homeostat.evaluate.report.summary import spans, summary
 from homeostat.record.row import DO_NOTHING, HINDSIGHT, Row
 from tests.evaluate.study.fake_rows import LANGUAGE, campaign, plain
@@ -105,6 +105,17 @@ def test_every_failure_has_its_command_and_its_record(tmp_path: Path) -> None:
     words = " ".join(page.words)
     assert command(kept) in words and command(lost) in words and command(plain(job="good")) not in words
     assert "2 runs did not succeed or violated a hard limit" in words
+
+
+@pytest.mark.parametrize("rows", [FEW, ()], ids=["some", "none"])
+def test_what_could_not_be_carried_out_is_said(tmp_path: Path, rows: tuple[Row, ...]) -> None:
+    """Rates over the rows that there are say nothing of those that are missing."""
+    unmade = [Unmade(f"job {n}", f"OSError: <b>no</b> room {n}") for n in range(2)]
+    write_report(tmp_path, "T", rows, command, None, unmade)
+    text, page = read(tmp_path)
+    words = " ".join(page.words)
+    assert f"{len(rows)} of {len(rows) + 2}; 2 could not be carried out and are in no figure and no table" in words
+    assert "job 0: OSError: <b>no</b> room 0" in words and "job 1: " in words and "<b>" not in text
 
 
 @pytest.mark.parametrize("trace", ["javascript:alert(1)", "../../etc", "/etc/passwd", "a\\..\\..\\b", "//evil/x"])

@@ -4,7 +4,7 @@ import urllib.parse
 from collections.abc import Callable, Sequence
 from importlib.resources import files
 from pathlib import Path, PurePosixPath
-from typing import Final
+from typing import Final, NamedTuple
 
 from homeostat import __version__
 from homeostat.evaluate.report.contents import Contents, contents, failed, what_failed
@@ -24,18 +24,33 @@ Rerun = Callable[[Row], str]
 _FORMATS: Final = {".md": markdown, ".tex": latex, ".csv": comma_separated}
 
 
+class Unmade(NamedTuple):
+    """A run that was asked for and could not be carried out."""
+
+    job: str
+    """Name of its job."""
+    failure: str
+    """What failed, in one line."""
+
+
 def write_report(
-    folder: Path, title: str, rows: Sequence[Row], rerun: Rerun, reference: str | None = None
+    folder: Path,
+    title: str,
+    rows: Sequence[Row],
+    rerun: Rerun,
+    reference: str | None = None,
+    unmade: Sequence[Unmade] = (),
 ) -> tuple[Path, ...]:
     """Write ``report.html`` and ``tables/*`` into ``folder``, the study's own, so that links to records hold.
 
     Paths of all files, the page first. The same rows in any order give the same files; tables of an earlier report that
-    this one lacks are left. ``reference`` is as in `contents`. ImportError where the extra ``campaign`` is missing.
+    this one lacks are left. ``reference`` is as in `contents`; ``unmade`` are the runs that were asked for and have no
+    row, which the page says. ImportError where the extra ``campaign`` is missing.
     """
     known = contents(rows, reference)
     tables = write_tables(folder / TABLES, known.tables)
     page = folder / REPORT
-    page.write_text(html(title, rows, rerun, known, reference), encoding="utf-8", newline="\n")
+    page.write_text(html(title, rows, rerun, known, reference, unmade), encoding="utf-8", newline="\n")
     return page, *tables
 
 
@@ -51,7 +66,14 @@ def write_tables(folder: Path, tables: Sequence[Table]) -> tuple[Path, ...]:
     return tuple(written)
 
 
-def html(title: str, rows: Sequence[Row], rerun: Rerun, known: Contents, reference: str | None = None) -> str:
+def html(
+    title: str,
+    rows: Sequence[Row],
+    rerun: Rerun,
+    known: Contents,
+    reference: str | None = None,
+    unmade: Sequence[Unmade] = (),
+) -> str:
     """The page. Everything that comes from the rows is escaped; only figures and style are taken as they are."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 
@@ -65,11 +87,12 @@ def html(title: str, rows: Sequence[Row], rerun: Rerun, known: Contents, referen
     return page.get_template("report.html").render(
         {"title": title, "version": __version__, "style": _file("report.css"), "folder": TABLES},
         known=known,
-        facts=what_was_run(rows),
+        facts=what_was_run(rows, len(unmade)),
         told=summary(rows, reference),
         drawn=drawn,
         failures=parts[0],
         references=parts[1],
+        unmade=unmade,
     )
 
 

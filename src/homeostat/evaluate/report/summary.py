@@ -23,10 +23,13 @@ _CLEAR: Final = 0.05
 """Adjusted probability below which a difference is called clear [1]."""
 
 
-def what_was_run(rows: Sequence[Row]) -> list[tuple[str, str]]:
-    """What the study consists of: a name and the words to it."""
+def what_was_run(rows: Sequence[Row], unmade: int = 0) -> list[tuple[str, str]]:
+    """What the study consists of: a name and the words to it; ``unmade`` runs have no row."""
     ordered = in_order(rows)
     facts = [("Runs", f"{len(ordered)}")]
+    if unmade:
+        lacking = f"{unmade} could not be carried out and {'is' if unmade == 1 else 'are'} in no figure and no table"
+        facts = [("Runs", f"{len(ordered)} of {len(ordered) + unmade}; {lacking}")]
     for plant in plants(ordered):
         own = [row for row in ordered if row.case == plant]
         facts.append((f"Plant {plant}", f"{len(own)} runs; scenarios: {', '.join(scenarios(own))}"))

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from homeostat import __version__
 from homeostat.evaluate.recorded.run import LIBRARIES
-from homeostat.evaluate.report.report import Rerun, write_report
+from homeostat.evaluate.report.report import Rerun, Unmade, write_report
 from homeostat.evaluate.study.engine import Done, carry_out
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import DATASET, Ledger, in_order, write_dataset
@@ -143,7 +143,8 @@ def run_study(
         rows = in_order(prints, ledger)
         write_dataset(folder / DATASET, rows)
         write_whole(folder / PROVENANCE, _provenance(title, jobs))
-        files = write_report(folder, title, rows, rerun) if rows else ()
+        unmade = [Unmade(done.job.name, done.failure) for done in failed]
+        files = write_report(folder, title, rows, rerun, None, unmade)
     return Ended(tuple(rows), tuple(failed), (folder / DATASET, *files))
 
 
