@@ -25,6 +25,7 @@ from homeostat.evaluate.study.study import Ended, Progress, Workers, run_study
 from homeostat.record.row import Row
 from tests.cli.campaigns import cluster
 from tests.cli.command import environment
+from tests.evaluate.study.fake_rows import plain
 from tests.evaluate.study.plans import BATCH, PUMP, jobs, lasting
 
 JOBS = jobs(seeds=2, proposers=["do-nothing", "hindsight"], scenarios=[BATCH, PUMP])
@@ -113,6 +114,29 @@ def test_nothing_but_failures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert (ended.rows, len(ended.failed), ended.files) == ((), 1, (tmp_path / DATASET, tmp_path / "page"))
     assert read_dataset(tmp_path / DATASET) == []
     assert [(given[2], given[-1]) for given in told] == [([], [(ended.failed[0].job.name, ended.failed[0].failure)])]
+
+
+@pytest.mark.parametrize("how", ["changed", "removed"])
+def test_recorded_answers_that_do_not_last_are_a_failure_of_their_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, how: str
+) -> None:
+    """Whether a run read the answers before or after they were changed, nobody knows: it is no row of either."""
+    answers = tmp_path / "answers.jsonl"
+    answers.write_text("")
+    mixed = jobs(tmp_path, proposers=["replay:answers.jsonl", "do-nothing"], scenarios=[BATCH])
+    measure = one.measure
+
+    def meanwhile(job: Job, kept: KeptRuns) -> Row:
+        if job.arm.model is None:
+            return measure(job, kept)
+        answers.write_text("\n") if how == "changed" else answers.unlink()
+        return plain(job=job.name)
+
+    monkeypatch.setattr(one, "measure", meanwhile)
+    ended = done(tmp_path / "out", mixed)
+    assert [row.job for row in ended.rows] == [mixed[1].name] and len(lines(tmp_path / "out")) == 1
+    ((job, failure),) = ((f.job.name, f.failure) for f in ended.failed)
+    assert job == mixed[0].name and failure.startswith("of what answers it was made is not known: they ")
 
 
 def test_a_full_disk_loses_nothing_that_was_shown(

@@ -128,16 +128,18 @@ def run_study(
         if importlib.util.find_spec(name) is None:
             raise StudyError(f"the report of a study needs {name!r}: pip install 'homeostat[campaign]'")
     prints = {job.fingerprint: job for job in jobs}
+    by_name = {job.name: fingerprint for fingerprint, job in prints.items()}
     failed: list[Done] = []
     with Ledger(folder) as ledger:
         todo = [job for fingerprint, job in prints.items() if fingerprint not in ledger.rows]
         progress = Progress(todo, workers.number)
         show(progress)
-        for done in carry_out(todo, KeptRuns(folder.resolve()), workers.number, workers.cluster) if todo else ():
+        for ended in carry_out(todo, KeptRuns(folder.resolve()), workers.number, workers.cluster) if todo else ():
+            done = _as_planned(ended, by_name[ended.job.name])
             if done.row is None:
                 failed.append(done)
             else:
-                ledger.add(done.job.fingerprint, done.row)
+                ledger.add(by_name[done.job.name], done.row)
             progress.take(done)
             show(progress)
         rows = in_order(prints, ledger)
@@ -146,6 +148,19 @@ def run_study(
         unmade = [Unmade(done.job.name, done.failure) for done in failed]
         files = write_report(folder, title, rows, rerun, None, unmade)
     return Ended(tuple(rows), tuple(failed), (folder / DATASET, *files))
+
+
+def _as_planned(done: Done, fingerprint: str) -> Done:
+    """``done``; failed where its recorded answers are not those any more that gave its job this ``fingerprint``."""
+    if done.row is None:
+        return done
+    try:
+        if done.job.fingerprint == fingerprint:
+            return done
+        why = "they were changed since the study began"
+    except OSError as error:
+        why = f"they cannot be read any more ({error.strerror})"
+    return Done(done.job, None, f"of what answers it was made is not known: {why}; start the study again")
 
 
 def rerun_command(source: Path, options: Sequence[str] = ()) -> Rerun:
