@@ -13,6 +13,7 @@ from homeostat.cli.commands.run import Going, carry
 from homeostat.cli.operation import orders_to, paced
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.mode import Mode
+from homeostat.evaluate.beginning import watched
 from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.proposing import Proposing
@@ -36,8 +37,9 @@ def carry_out(options: argparse.Namespace) -> int:
         raise UsageError(f"run {str(run_dir)!r} is over; begin another one")
     try:
         past = Past.of(tuple(read_events(run_dir)))
-        plant = recorded_plant_of(past.started, options.case)
-        scenario = past.scenario(plant)
+        designed = recorded_plant_of(past.started, options.case)
+        scenario = past.scenario(designed)
+        plant = watched(designed, scenario)
         chosen = past.started.settings
         book = _playbook(past, run_dir, plant)
         if chosen.get("protocol") != AskingProtocol.ROUTE.value:
@@ -52,7 +54,8 @@ def carry_out(options: argparse.Namespace) -> int:
         print(f"homeostat: it goes on with the search alone, without {chosen['proposer']!r}", file=sys.stderr)
     if book is not None:
         print("homeostat: it goes on with the playbook that it began with; nothing is added to it", file=sys.stderr)
-    conditions = Conditions(label_given=bool(chosen.get("label_given")))
+    reprompting, ensemble = (bool(chosen.get(name, True)) for name in ("reprompting", "ensemble"))
+    conditions = Conditions(label_given=bool(chosen.get("label_given")), reprompting=reprompting, ensemble=ensemble)
     operation = _operation(past, directory.path, options.pace)
     thinking = _thinking(past, operation)
     budget = Budget(latency_s=float(chosen["budget_s"])) if "budget_s" in chosen else Budget()
