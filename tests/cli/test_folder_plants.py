@@ -167,5 +167,7 @@ def test_who_decides_is_shown_the_plant_of_the_run(tmp_path: Path) -> None:
     with RunDirectory(tmp_path / "run") as directory:
         directory.record(started, 0.0)
     shown = shown_to_who_decides(tuple(read_events(tmp_path / "run")), tmp_path / "run")
-    assert shown is not None and "Highest temperature of our own" in {limit.description for limit in shown.limits.limits}
+    assert shown is not None and "Highest temperature of our own" in {
+        limit.description for limit in shown.limits.limits
+    }
     assert shown_to_who_decides((), tmp_path / "run") is None

@@ -69,8 +69,8 @@ class Past:
             raise ResumptionError(f"the configuration of {plant.name!r} has changed since the run began")
         if (naming := chosen.get("seeds")) != NAMING:
             raise ResumptionError(
-                f"its draws follow from the seed as in {naming!r} and here as in {NAMING!r}, so that its plant cannot be "
-                "made again; use the version that recorded it"
+                f"its draws follow from the seed as in {naming!r} and here as in {NAMING!r}, so that its plant cannot "
+                "be made again; use the version that recorded it"
             )
         set_by_then = {n.removeprefix(SETPOINT): float(v) for n, v in chosen.items() if n.startswith(SETPOINT)}
         try:
