@@ -7,7 +7,7 @@ import json
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import DATASET, LEDGER, Ledger, read_dataset
 from homeostat.evaluate.study.measurement import KeptRuns
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.study import Ended, Progress, Workers, run_study
+from homeostat.evaluate.study.study import PROVENANCE, Ended, Progress, Workers, run_study
 from homeostat.record.row import Row
 from tests.cli.campaigns import cluster
 from tests.cli.command import environment
@@ -73,6 +73,37 @@ def test_a_plan_that_grew_makes_only_what_is_new(tmp_path: Path) -> None:
     assert [row.job for row in done(tmp_path).rows] == [job.name for job in JOBS]
     assert lines(tmp_path) == [job.fingerprint for job in JOBS]
     assert len(done(tmp_path, JOBS[4:6]).rows) == 2  # and one that shrank shows what it has now
+
+
+def test_rows_that_were_made_with_other_libraries_are_said_to_be(tmp_path: Path) -> None:
+    """A study that goes on after a library was brought up to date has rows of both."""
+
+    def provenance() -> dict[str, Any]:
+        content: dict[str, Any] = json.loads((tmp_path / PROVENANCE).read_text())
+        return content
+
+    done(tmp_path, JOBS[:1])
+    now = provenance()
+    assert "earlier_versions" not in now
+    old = {**now["versions"], "numpy": "1.0"}
+    (tmp_path / PROVENANCE).write_text(json.dumps({**now, "versions": old}))
+    for _ in range(2):
+        done(tmp_path, JOBS[:2])
+        assert (provenance()["versions"], provenance()["earlier_versions"]) == (now["versions"], [old])
+    done(tmp_path, JOBS[2:3])
+    assert "earlier_versions" not in provenance(), "none of these rows is older"
+
+
+def test_a_study_that_dies_has_said_what_its_first_rows_were_made_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def dies(fingerprints: Iterable[str], ledger: Ledger) -> list[Row]:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(whole, "in_order", dies)
+    with pytest.raises(KeyboardInterrupt):
+        done(tmp_path, JOBS[:1])
+    assert "numpy" in json.loads((tmp_path / PROVENANCE).read_text())["versions"] and len(lines(tmp_path)) == 1
 
 
 def broken(job: Job) -> Job:

@@ -132,6 +132,7 @@ def run_study(
     failed: list[Done] = []
     with Ledger(folder) as ledger:
         todo = [job for fingerprint, job in prints.items() if fingerprint not in ledger.rows]
+        made_from = _provenance(title, jobs, _other_versions(folder / PROVENANCE) if len(todo) < len(prints) else [])
         progress = Progress(todo, workers.number)
         show(progress)
         for ended in carry_out(todo, KeptRuns(folder.resolve()), workers.number, workers.cluster) if todo else ():
@@ -139,12 +140,14 @@ def run_study(
             if done.row is None:
                 failed.append(done)
             else:
+                if progress.done == progress.failed:  # the first row: whoever goes on after a death must know
+                    write_whole(folder / PROVENANCE, made_from)
                 ledger.add(by_name[done.job.name], done.row)
             progress.take(done)
             show(progress)
         rows = in_order(prints, ledger)
         write_dataset(folder / DATASET, rows)
-        write_whole(folder / PROVENANCE, _provenance(title, jobs))
+        write_whole(folder / PROVENANCE, made_from)
         unmade = [Unmade(done.job.name, done.failure) for done in failed]
         files = write_report(folder, title, rows, rerun, None, unmade)
     return Ended(tuple(rows), tuple(failed), (folder / DATASET, *files))
@@ -169,11 +172,25 @@ def rerun_command(source: Path, options: Sequence[str] = ()) -> Rerun:
     return lambda row: f"{begin} {shlex.quote(row.job)}"
 
 
-def _provenance(title: str, jobs: Sequence[Job]) -> bytes:
-    versions = {"homeostat": __version__, "python": sys.version.split()[0], **{n: version(n) for n in LIBRARIES}}
+def _provenance(title: str, jobs: Sequence[Job], earlier: Sequence[object]) -> bytes:
+    """What the rows were made from; ``earlier``: versions of libraries that some of them were made with before."""
     own = {job.scenario.case: asdict(job.own) for job in jobs if job.own is not None}
-    content = {"title": title, "package": code_digest(), "own_plants": own, "versions": versions}
-    return (json.dumps(content, indent=1) + "\n").encode()
+    content = {"title": title, "package": code_digest(), "own_plants": own, "versions": _versions()}
+    return (json.dumps(content | ({"earlier_versions": earlier} if earlier else {}), indent=1) + "\n").encode()
+
+
+def _versions() -> dict[str, str]:
+    return {"homeostat": __version__, "python": sys.version.split()[0], **{n: version(n) for n in LIBRARIES}}
+
+
+def _other_versions(path: Path) -> list[object]:
+    """Versions that the provenance in ``path`` has and that are not those of now: rows of both may stand in a study."""
+    try:
+        content = json.loads(path.read_bytes())
+        had = [*content.get("earlier_versions", []), content["versions"]]
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        return []  # the study has not come so far before, or somebody else wrote it
+    return [each for k, each in enumerate(had) if each != _versions() and each not in had[:k]]
 
 
 class Study:
