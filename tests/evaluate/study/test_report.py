@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -116,6 +117,33 @@ def test_what_could_not_be_carried_out_is_said(tmp_path: Path, rows: tuple[Row, 
     words = " ".join(page.words)
     assert f"{len(rows)} of {len(rows) + 2}; 2 could not be carried out and are in no figure and no table" in words
     assert "job 0: OSError: <b>no</b> room 0" in words and "job 1: " in words and "<b>" not in text
+
+
+FULL = """
+import resource, signal, sys
+from pathlib import Path
+from homeostat.evaluate.report.report import write_report
+from tests.evaluate.study.test_report import FEW, command
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
+try:
+    write_report(Path(sys.argv[1]), "Another", FEW[:4], command)
+except OSError as error:
+    print(error.filename)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="needs limits on file size")
+@pytest.mark.parametrize(("room", "name"), [(30_000, REPORT), (300, "tables/success.md")])
+def test_a_disk_that_is_full_leaves_every_file_as_it_was(tmp_path: Path, whole: Path, room: int, name: str) -> None:
+    folder = tmp_path / "study"
+    shutil.copytree(whole, folder)
+    arguments = [sys.executable, "-c", FULL, str(folder), str(room)]
+    run = subprocess.run(arguments, capture_output=True, text=True, timeout=240, cwd=Path(__file__).parents[3])
+    assert (run.stdout, run.stderr) == (f"{folder / name}\n", "")
+    assert (folder / name).read_bytes() == (whole / name).read_bytes()
+    assert not [path for path in folder.rglob("*") if path.name.endswith(".partial")]
 
 
 @pytest.mark.parametrize("trace", ["javascript:alert(1)", "../../etc", "/etc/passwd", "a\\..\\..\\b", "//evil/x"])

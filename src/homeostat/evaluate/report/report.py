@@ -12,6 +12,7 @@ from homeostat.evaluate.report.groups import Origin, arm, source
 from homeostat.evaluate.report.summary import summary, what_was_run
 from homeostat.evaluate.report.tables.formats import comma_separated, latex, markdown
 from homeostat.evaluate.report.tables.table import Table, said
+from homeostat.journal.beside.files import write_whole
 from homeostat.record.row import Row
 
 REPORT: Final = "report.html"
@@ -45,12 +46,13 @@ def write_report(
 
     Paths of all files, the page first. The same rows in any order give the same files; tables of an earlier report that
     this one lacks are left. ``reference`` is as in `contents`; ``unmade`` are the runs that were asked for and have no
-    row, which the page says. ImportError where the extra ``campaign`` is missing.
+    row, which the page says. Each file is the old one or the new one, whole, whenever it is read. OSError where the disk takes
+    no more, ImportError where the extra ``campaign`` is missing.
     """
     known = contents(rows, reference)
     tables = write_tables(folder / TABLES, known.tables)
     page = folder / REPORT
-    page.write_text(html(title, rows, rerun, known, reference, unmade), encoding="utf-8", newline="\n")
+    write_whole(page, html(title, rows, rerun, known, reference, unmade).encode())
     return page, *tables
 
 
@@ -61,7 +63,7 @@ def write_tables(folder: Path, tables: Sequence[Table]) -> tuple[Path, ...]:
     for table in tables:
         for ending, form in _FORMATS.items():
             path = folder / (table.name + ending)
-            path.write_text(form(table), encoding="utf-8", newline="\n")
+            write_whole(path, form(table).encode())
             written.append(path)
     return tuple(written)
 
