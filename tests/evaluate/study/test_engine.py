@@ -22,6 +22,7 @@ from homeostat.evaluate.study.ledger import DATASET, LEDGER, Ledger, read_datase
 from homeostat.evaluate.study.measurement import KeptRuns
 from homeostat.evaluate.study.plan.job import Job
 from homeostat.evaluate.study.study import PROVENANCE, Ended, Progress, Workers, run_study
+from homeostat.record.directory import RunDirectory
 from homeostat.record.row import Row
 from tests.cli.campaigns import cluster
 from tests.cli.command import environment
@@ -128,6 +129,20 @@ def test_a_job_that_fails_is_its_own_failure(
     assert [row.job for row in ended.rows] == [job.name for job in JOBS if job.name != bad]
     assert [lasting(row) for row in done(tmp_path).rows] == [lasting(row) for row in expected]
     assert len(lines(tmp_path)) == 8 and lines(tmp_path)[-1] == JOBS[2].fingerprint
+
+
+def test_a_run_that_still_goes_on_elsewhere_is_left_alone(tmp_path: Path) -> None:
+    """On a worker that was given up and lives, or where a job was asked for twice: two would write one record."""
+    kept = replace(JOBS[0], keep="all")
+    folder = KeptRuns(tmp_path).folder(kept)
+    assert folder is not None
+    with RunDirectory(folder) as directory:
+        directory.store_whole("of the other", b"")
+        found = one.measured(kept, KeptRuns(tmp_path))
+        assert found.row is None and found.failure.endswith("still goes on; stop it first")
+        assert (folder / "of the other").exists() and (folder / "events.jsonl").exists()
+    after = one.measured(kept, KeptRuns(tmp_path))
+    assert after.row is not None and not (folder / "of the other").exists()
 
 
 def test_a_case_that_has_gone_is_one_line(tmp_path: Path) -> None:
