@@ -97,7 +97,7 @@ def test_moments_in_their_order_and_equal_runs_equal_pictures(plant: Plant) -> N
 
 
 def test_words_of_the_tables_are_no_formula(plant: Plant) -> None:
-    """A price in dollars, twice in a text, ended the run in which it was drawn; a folder's name may be no text at all."""
+    """A price in dollars, twice in a text, ended the run that was drawn; a folder's name may be no text at all."""
     done = run(plant, scenario(plant, "none", 1, end_s=20.0), MemoryTrace(), DeclaredClock(1.0))
     d, words = plant.description, "a trip costs $_^ 100 to $ 200"
     limits = replace(d.limits, limits=tuple(replace(limit, description=words) for limit in d.limits.limits))

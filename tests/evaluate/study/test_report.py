@@ -242,6 +242,14 @@ def test_the_summary_is_computed() -> None:
     ]
 
 
+def test_what_was_violated_for_less_than_a_second_was_violated(tmp_path: Path) -> None:
+    """Where ticks are shorter than that."""
+    rows = [plain(exposure_s=0.2, least_margin=-0.01)]
+    ((_, (sentence,)),) = summary(rows)
+    assert "1 run violated a hard limit, for 0.2 s at most" in sentence
+    assert "Outside hard limits for 0.2 s;" in written(tmp_path, rows)[0]
+
+
 def test_seeds_in_few_words() -> None:
     assert spans([1, 2, 3, 5, 8, 9]) == "1–3, 5, 8–9"
     assert spans([]) == ""

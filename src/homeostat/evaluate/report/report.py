@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 from homeostat import __version__
 from homeostat.evaluate.report.contents import Contents, contents, failed, what_failed
 from homeostat.evaluate.report.groups import Origin, arm, source
-from homeostat.evaluate.report.summary import summary, what_was_run
+from homeostat.evaluate.report.summary import seconds, summary, what_was_run
 from homeostat.evaluate.report.tables.formats import comma_separated, latex, markdown
 from homeostat.evaluate.report.tables.table import Table, said
 from homeostat.journal.beside.files import write_whole
@@ -46,8 +46,8 @@ def write_report(
 
     Paths of all files, the page first. The same rows in any order give the same files; tables of an earlier report that
     this one lacks are left. ``reference`` is as in `contents`; ``unmade`` are the runs that were asked for and have no
-    row, which the page says. Each file is the old one or the new one, whole, whenever it is read. OSError where the disk takes
-    no more, ImportError where the extra ``campaign`` is missing.
+    row, which the page says. Each file is the old one or the new one, whole, whenever it is read. OSError where the disk
+    takes no more, ImportError where the extra ``campaign`` is missing.
     """
     known = contents(rows, reference)
     tables = write_tables(folder / TABLES, known.tables)
@@ -83,7 +83,14 @@ def html(
 
     page = Environment(loader=FunctionLoader(_file), autoescape=True, undefined=StrictUndefined)
     page.trim_blocks = page.lstrip_blocks = page.keep_trailing_newline = True
-    page.globals |= {"said": said, "arm": arm, "what_failed": what_failed, "link": _link, "rerun": rerun}
+    page.globals |= {
+        "said": said,
+        "arm": arm,
+        "what_failed": what_failed,
+        "link": _link,
+        "rerun": rerun,
+        "seconds": seconds,
+    }
     parts = [[r for r in failed(rows) if (source(r.proposer) is Origin.REFERENCE) is it] for it in (False, True)]
     drawn = gallery(rows) if rows else Gallery((), ())
     return page.get_template("report.html").render(
