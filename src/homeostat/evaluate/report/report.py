@@ -46,8 +46,8 @@ def write_report(
 
     Paths of all files, the page first. The same rows in any order give the same files; tables of an earlier report that
     this one lacks are left. ``reference`` is as in `contents`; ``unmade`` are the runs that were asked for and have no
-    row, which the page says. Each file is the old one or the new one, whole, whenever it is read. OSError where the disk
-    takes no more, ImportError where the extra ``campaign`` is missing.
+    row, which the page says. Each file is the old one or the new one, whole, whenever it is read. OSError where the
+    disk takes no more, ImportError where the extra ``campaign`` is missing.
     """
     known = contents(rows, reference)
     tables = write_tables(folder / TABLES, known.tables)

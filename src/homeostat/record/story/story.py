@@ -44,7 +44,17 @@ from homeostat.record.story.folding import ATTEMPT, Folding
 from homeostat.record.story.guard import GuardStory
 from homeostat.record.story.line import Line, Tone
 from homeostat.record.story.plain import plainly
-from homeostat.record.story.wording import commands, compared, lasting, named, percent, probabilities, quantity, who, worst
+from homeostat.record.story.wording import (
+    commands,
+    compared,
+    lasting,
+    named,
+    percent,
+    probabilities,
+    quantity,
+    who,
+    worst,
+)
 
 _MOST_DETAIL = 400
 """Longest reason why a model did not answer [characters]."""
