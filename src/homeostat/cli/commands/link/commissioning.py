@@ -36,9 +36,7 @@ def draft(options: argparse.Namespace) -> int:
     made, whole = asyncio.run(browse())
     write_whole(options.out, made.text.encode())
     if not whole:
-        text = (
-            f"{options.url} has more than {MOST} nodes, of which the nearest were looked at; write in what is missing"
-        )
+        text = f"{options.url} has more than {MOST} nodes, of which the nearest were looked at; write in what is missing"
         print(printable(f"homeostat: {text}"), file=sys.stderr)
     for tag in made.missing:
         print(printable(f"{tag}: no node was found"))
