@@ -8,7 +8,14 @@ from pathlib import Path
 
 import pytest
 
+from homeostat.cli.commands.orders import _plant as shown_to_who_decides
+from homeostat.evaluate.operation import Thinking
+from homeostat.evaluate.recorded.run import run_started
+from homeostat.evaluate.scenario import scenario
+from homeostat.journal import RunStarted, Setting, read_events
+from homeostat.knowledge.build.build import GRAPH, build
 from homeostat.plants.plant import load_plant
+from homeostat.record.directory import RunDirectory
 from tests.cli.command import Done, homeostat, refused
 from tests.plants.copies import Copy
 
@@ -124,3 +131,43 @@ def test_a_journal_that_nobody_vouches_for_has_no_code_loaded(own: Done, copy: P
     finally:
         evil.unlink()
         (own.cwd / "mycstr/kept").rename(evil)
+
+
+def strangers(where: Path, case: str) -> Path:
+    """A plant with code that says that it is run, in ``where``, and a run of ``case`` whose journal nobody signed."""
+    plant = Copy.of("cstr", where)
+    plant.replace("case.toml", "homeostat.plants.cstr.process:REACTOR", "process:REACTOR")
+    (plant.folder / "process.py").write_text(f"open({str(where / 'ran')!r}, 'w').close()\n")
+    started = RunStarted(case, (), 1, (Setting("end_s", 10.0),))
+    with RunDirectory(where / "run") as directory:
+        directory.record(started, 0.0)
+    journal = where / "run/events.jsonl"
+    journal.write_bytes(journal.read_bytes().splitlines(keepends=True)[0])  # before anything was signed
+    return where / "run"
+
+
+@pytest.mark.parametrize("case", ["{here}/cstr", "./cstr", "cstr", "mine"])
+def test_a_stranger_who_calls_a_plant_by_a_path_has_no_code_loaded(tmp_path: Path, case: str) -> None:
+    """Nor has a folder that is called as an installed plant, or as none, where somebody stands."""
+    run = strangers(tmp_path, case.format(here=tmp_path))
+    (tmp_path / "cstr").rename(tmp_path / ("mine" if case == "mine" else "cstr"))
+    told = homeostat("replay", str(run), cwd=tmp_path)
+    assert told.status == 1 and "Traceback" not in told.err and not (tmp_path / "ran").exists(), told.err
+    assert ("nobody vouches" in told.err) == (case != "cstr")
+    assert f"{case.format(here=tmp_path)}, no fault, seed 1" in told.out
+
+
+def test_who_decides_is_shown_the_plant_of_the_run(tmp_path: Path) -> None:
+    """And not the installed one of the same name: its words and units may be others."""
+    plant = Copy.of("cstr", tmp_path)
+    plant.replace("engineering/limits.csv", "Highest reactor temperature", "Highest temperature of our own")
+    (plant.folder / GRAPH).write_bytes(build(plant.folder))
+    own = plant.load()
+    started = run_started(own, scenario(own, "none", 1), Thinking(), "search", (), None)
+    with RunDirectory(tmp_path / "run") as directory:
+        directory.record(started, 0.0)
+    shown = shown_to_who_decides(tuple(read_events(tmp_path / "run")), tmp_path / "run")
+    assert shown is not None and "Highest temperature of our own" in {
+        limit.description for limit in shown.limits.limits
+    }
+    assert shown_to_who_decides((), tmp_path / "run") is None

@@ -131,7 +131,17 @@ def test_a_result_of_a_newer_version_is_refused(tmp_path: Path) -> None:
         read_result(tmp_path)
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", "null", RESULT_OF_TWO.to_json().replace("recovered", "won")])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", "[]", "{}", "null", "[" * 100_000, RESULT_OF_TWO.to_json().replace("recovered", "won"),
+        RESULT_OF_TWO.to_json().replace('"between": null', '"between": []'),
+        RESULT_OF_TWO.to_json().replace('"wall_s": 8.25', '"wall_s": NaN'),
+        RESULT_OF_TWO.to_json().replace('"wall_s": 8.25', '"wall_s": 1e999'),
+        RESULT_OF_TWO.to_json().replace('"worth": 31.5', f'"worth": 1{"0" * 400}'),
+    ],
+    ids=range(10),
+)  # fmt: skip
 def test_what_is_no_result_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / RESULT).write_text(text)
     with pytest.raises(ResultError, match=r"result\.json"):

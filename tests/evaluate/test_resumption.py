@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import functools
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from homeostat.domain.mode import Mode, PersonCommand, Role, Verb
+from homeostat.evaluate.beginning import beginning
+from homeostat.evaluate.conditions import Conditions
 from homeostat.evaluate.operation import Operation, Thinking
 from homeostat.evaluate.recorded.resumption import Past, ResumptionError, told
-from homeostat.evaluate.recorded.run import record_run
+from homeostat.evaluate.recorded.run import record_run, run_started
 from homeostat.evaluate.run import Run
-from homeostat.evaluate.scenario import departing, scenario
-from homeostat.journal import read_events
+from homeostat.evaluate.scenario import Scenario, departing, scenario
+from homeostat.journal import RunStarted, Setting, read_events
 from homeostat.journal.verify.verify import verify
 from homeostat.plants.plant import Plant, load_plant
 from homeostat.record.directory import RunDirectory, RunDirectoryError
@@ -161,3 +164,32 @@ def test_what_cannot_go_on_says_why(folder: Path, tmp_path: Path) -> None:
     past = killed(folder, tmp_path / "run", "step-taken", 37.0)
     with pytest.raises(ResumptionError, match="configuration"):
         past.scenario(load_plant("cstr"))
+
+
+def left(path: Path, began: RunStarted) -> Past:
+    """What is left of a run that was killed as soon as it had begun."""
+    with RunDirectory(path) as directory:
+        directory.record(began, 0.0)
+    return Past.of(tuple(read_events(path)))
+
+
+def began(chosen: Scenario) -> RunStarted:
+    return run_started(plant(), chosen, Thinking(declared_s=1.0), "search", Conditions().settings, None)
+
+
+def test_a_run_that_began_elsewhere_than_by_design_goes_on_from_there(tmp_path: Path) -> None:
+    """As runs of studies do: the plant is made again with the state and the setpoints that it began with."""
+    normal = scenario(plant(), FAULT, 1, end_s=END_S)
+    chosen = beginning(plant(), normal, "filling_B202", {"VI202.cmd": 0.5, "P101.cmd": 0.25})
+    past = left(tmp_path / "run", began(chosen))
+    assert past.scenario(plant()) == chosen != normal
+
+
+def test_draws_that_follow_from_the_seed_otherwise_are_refused(tmp_path: Path) -> None:
+    """The plant would be another one, without a word."""
+    event = began(scenario(plant(), FAULT, 1, end_s=END_S))
+    for number, others in enumerate(([Setting("seeds", "named-0")], [])):
+        kept = (*(s for s in event.configuration if s.name != "seeds"), *others)
+        past = left(tmp_path / f"run-{number}", replace(event, configuration=kept))
+        with pytest.raises(ResumptionError, match="use the version that recorded it"):
+            past.scenario(plant())

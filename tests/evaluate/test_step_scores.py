@@ -61,7 +61,7 @@ def test_without_the_fault_the_main_line_is_right() -> None:
     assert scores.precision is None and scores.recall is None and scores.actions == 0
 
 
-@pytest.mark.parametrize("answer", ["", "no JSON", "[]", "3", '{"path": 3}', '{"commands": null}'])
+@pytest.mark.parametrize("answer", ["", "no JSON", "[]", "3", '{"path": 3}', '{"commands": null}', "[" * 9_000])
 def test_an_answer_that_is_none_is_a_wrong_one(answer: str) -> None:
     scores = score_steps(plant(), failed(), [TranscriptEntry("planning", "idle", answer), plan("idle", "filling_B201"),
                                             TranscriptEntry("action", "idle", answer)])  # fmt: skip

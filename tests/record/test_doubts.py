@@ -106,6 +106,14 @@ def test_the_time_to_a_hard_limit_is_told_once_and_again_where_it_is_half_as_lon
     ]
 
 
+@pytest.mark.parametrize(("probability", "shown"), [(0.003, "less than 1"), (0.997, "more than 99"), (1.0, "100")])
+def test_what_trips_in_one_member_is_not_told_with_none_of_the_probability(probability: float, shown: str) -> None:
+    event = foreseen(300.0)
+    assert event.first is not None
+    (line,) = told((replace(event, first=replace(event.first, probability=probability)), 2000.0))
+    assert line.endswith(f"in 9 of 12 members ({shown} %)")
+
+
 def test_after_a_release_the_time_is_told_anew() -> None:
     """What was released for a fault that grows no longer suffices."""
     released = ReleasedActions("search", (), "d", "reduced", 0.1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from io import BytesIO
 from itertools import combinations
 
 import numpy as np
@@ -93,6 +94,18 @@ def test_moments_in_their_order_and_equal_runs_equal_pictures(plant: Plant) -> N
     assert [m.at_s for m in marks] == sorted(m.at_s for m in marks) and marks[0].at_s == 700.0
     assert [m.words.split()[0] for m in marks] == ["leak", "detected", "released", "fallback"]
     assert draw(done) == draw(leaking(plant))
+
+
+def test_words_of_the_tables_are_no_formula(plant: Plant) -> None:
+    """A price in dollars, twice in a text, ended the run that was drawn; a folder's name may be no text at all."""
+    done = run(plant, scenario(plant, "none", 1, end_s=20.0), MemoryTrace(), DeclaredClock(1.0))
+    d, words = plant.description, "a trip costs $_^ 100 to $ 200"
+    limits = replace(d.limits, limits=tuple(replace(limit, description=words) for limit in d.limits.limits))
+    figure = compose(replace(done, plant=replace(plant, name="of \udcff", description=replace(d, limits=limits))))
+    figure.savefig(BytesIO(), format="png")
+    told = [text.get_text() for text in figure.findobj(Text) if isinstance(text, Text)]
+    assert any(text.startswith(words) for text in told)
+    assert draw(replace(done, plant=replace(plant, name="of \udcff", description=replace(d, limits=limits))))
 
 
 @pytest.mark.parametrize(

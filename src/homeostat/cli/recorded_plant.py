@@ -29,16 +29,15 @@ def plant_of_run(started: RunStarted, run_dir: Path, given: str | None) -> tuple
 
     A plant has code, so where it is, is not taken from a journal that nobody vouches for.
     """
-    folder = recorded_folder(started)
     try:
-        if given is None and folder is not None and not vouched(run_dir):
-            raise PlantError(f"nobody vouches for where the run's plant is ({folder!r}); name its folder with --case")
+        if given is None and (place := unvouched(started, run_dir)) is not None:
+            raise PlantError(f"nobody vouches for where the run's plant is ({place!r}); name its folder with --case")
         plant = recorded_plant_of(started, given)
         return plant.description, plant, ""
     except (PlantError, GraphError) as error:
         if given is not None:
             raise
-        installed = folder is None and started.case in shipped_names()
+        installed = recorded_folder(started) is None and started.case in shipped_names()
         words = "told in the words of the installed plant" if installed else "told without the plant's words and units"
         notice = printable(f"{error}; {words}")
         print(f"homeostat: {notice}", file=sys.stderr)
@@ -48,7 +47,17 @@ def plant_of_run(started: RunStarted, run_dir: Path, given: str | None) -> tuple
         return unknown_plant(started.case, _told(run_dir)), None, notice
 
 
-def vouched(run_dir: Path) -> bool:
+def unvouched(started: RunStarted, run_dir: Path) -> str | None:
+    """Where the run says that its plant is, if no trusted key signed that and it is not one of this package; else None.
+
+    What a journal calls a plant may be a path, or the name of a folder where somebody happens to stand.
+    """
+    folder = recorded_folder(started)
+    place = started.case if folder is None and started.case not in shipped_names() else folder
+    return None if place is None or _vouched(run_dir) else place
+
+
+def _vouched(run_dir: Path) -> bool:
     """Whether a trusted key signed how the run began."""
     try:
         return verify(run_dir, trusted(None)).vouched.lines > 0

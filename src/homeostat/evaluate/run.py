@@ -137,7 +137,10 @@ class Run:
         return foretold(record.foreseen, min(acted, default=None), self.plant.description)
 
     def result(self, folder: Path) -> Result:
-        """As ``result.json`` has it, whose record is in ``folder``; what is not a finite number is None there."""
+        """As ``result.json`` has it, whose record is in ``folder``; what is not a finite number is None there.
+
+        A total that is none, as an output that is on automatic at the end, is left out.
+        """
         return Result(
             case=self.scenario.case,
             fault=self.scenario.fault,
@@ -159,7 +162,7 @@ class Run:
             state=self.state,
             complete_s=self.complete_s,
             nominal_s=self.nominal_s,
-            totals=dict(self.totals),
+            totals=known_totals(self.totals),
             steps=self.steps,
             thinking_s=self.thinking_s,
             wall_s=self.wall_s,
@@ -208,6 +211,11 @@ class Run:
 
 def _known(cost: Cost | None) -> Cost | None:
     return cost if cost is not None and math.isfinite(cost.total) else None
+
+
+def known_totals(totals: Mapping[str, float]) -> dict[str, float]:
+    """Those of the ``totals`` that are finite numbers: nothing that is kept of a run can hold another one."""
+    return {name: value for name, value in totals.items() if math.isfinite(value)}
 
 
 def finite(value: float | None) -> float | None:

@@ -47,6 +47,10 @@ TICK = "tick_s"
 """Name of the setting that says how often a plant is sampled, where that is not once per second."""
 DISTURBANCE = "disturbance "
 """Begin of the names of settings that are disturbances."""
+BEGINS_IN = "begins_in"
+"""Name of the setting that says in which state of the machine a run begins, where that is not the one by design."""
+SETPOINT = "setpoint "
+"""Begin of the names of settings that say what an operator had set by then."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import os
+import shutil
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
@@ -50,6 +51,13 @@ def _held(path: Path) -> int:
         os.close(descriptor)
         raise RunDirectoryError(f"run {str(path)!r} still goes on; stop it first")
     return descriptor
+
+
+def clear(path: Path) -> None:
+    """Remove what an earlier try has left in ``path``; RunDirectoryError where that run still goes on."""
+    if (path / JOURNAL).exists():
+        os.close(_held(path))
+    shutil.rmtree(path, ignore_errors=True)
 
 
 @final

@@ -104,7 +104,8 @@ class Result:
     nominal_s: float | None
     """The same in the fault-free run [s]."""
     totals: dict[str, float]
-    """What the plant adds up over a run -> its true value at the end; the unit is the end of the name."""
+    """What the plant adds up over a run -> its true value at the end; the unit is the end of the name.
+    What is not known at the end is not there."""
     steps: StepScores | None
     """How many single steps a language model got right; None unless it was asked in every state."""
     thinking_s: float
@@ -200,7 +201,7 @@ def read_result(run_dir: Path) -> Result | None:
         if (schema := content.pop("schema", 1)) not in (1, SCHEMA):
             raise ValueError(f"schema {schema!r} is not 1 or {SCHEMA}")
         exposure: dict[str, Any] = content.pop("limit_exposure_s")
-        return Result(
+        found = Result(
             **{
                 **content,
                 "fault": content["fault"] or "none",
@@ -218,8 +219,10 @@ def read_result(run_dir: Path) -> Result | None:
                 ),
             }
         )
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        found.to_json()  # a number that is not finite, say, cannot be shown again
+    except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RecursionError) as error:
         raise ResultError(f"{str(run_dir / RESULT)!r} is not a result: {error!r}; verify the run") from error
+    return found
 
 
 def _severity(fault_set: FaultProbability) -> Json:

@@ -7,9 +7,10 @@ import json
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -20,10 +21,12 @@ from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import DATASET, LEDGER, Ledger, read_dataset
 from homeostat.evaluate.study.measurement import KeptRuns
 from homeostat.evaluate.study.plan.job import Job
-from homeostat.evaluate.study.study import Ended, Progress, Workers, run_study
+from homeostat.evaluate.study.study import PROVENANCE, Ended, Progress, Workers, run_study
+from homeostat.record.directory import RunDirectory
 from homeostat.record.row import Row
 from tests.cli.campaigns import cluster
 from tests.cli.command import environment
+from tests.evaluate.study.fake_rows import plain
 from tests.evaluate.study.plans import BATCH, PUMP, jobs, lasting
 
 JOBS = jobs(seeds=2, proposers=["do-nothing", "hindsight"], scenarios=[BATCH, PUMP])
@@ -73,6 +76,37 @@ def test_a_plan_that_grew_makes_only_what_is_new(tmp_path: Path) -> None:
     assert len(done(tmp_path, JOBS[4:6]).rows) == 2  # and one that shrank shows what it has now
 
 
+def test_rows_that_were_made_with_other_libraries_are_said_to_be(tmp_path: Path) -> None:
+    """A study that goes on after a library was brought up to date has rows of both."""
+
+    def provenance() -> dict[str, Any]:
+        content: dict[str, Any] = json.loads((tmp_path / PROVENANCE).read_text())
+        return content
+
+    done(tmp_path, JOBS[:1])
+    now = provenance()
+    assert "earlier_versions" not in now
+    old = {**now["versions"], "numpy": "1.0"}
+    (tmp_path / PROVENANCE).write_text(json.dumps({**now, "versions": old}))
+    for _ in range(2):
+        done(tmp_path, JOBS[:2])
+        assert (provenance()["versions"], provenance()["earlier_versions"]) == (now["versions"], [old])
+    done(tmp_path, JOBS[2:3])
+    assert "earlier_versions" not in provenance(), "none of these rows is older"
+
+
+def test_a_study_that_dies_has_said_what_its_first_rows_were_made_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def dies(fingerprints: Iterable[str], ledger: Ledger) -> list[Row]:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(whole, "in_order", dies)
+    with pytest.raises(KeyboardInterrupt):
+        done(tmp_path, JOBS[:1])
+    assert "numpy" in json.loads((tmp_path / PROVENANCE).read_text())["versions"] and len(lines(tmp_path)) == 1
+
+
 def broken(job: Job) -> Job:
     """A job whose plant has gone."""
     return replace(job, scenario=replace(job.scenario, case="gone"))
@@ -97,6 +131,20 @@ def test_a_job_that_fails_is_its_own_failure(
     assert len(lines(tmp_path)) == 8 and lines(tmp_path)[-1] == JOBS[2].fingerprint
 
 
+def test_a_run_that_still_goes_on_elsewhere_is_left_alone(tmp_path: Path) -> None:
+    """On a worker that was given up and lives, or where a job was asked for twice: two would write one record."""
+    kept = replace(JOBS[0], keep="all")
+    folder = KeptRuns(tmp_path).folder(kept)
+    assert folder is not None
+    with RunDirectory(folder) as directory:
+        directory.store_whole("of the other", b"")
+        found = one.measured(kept, KeptRuns(tmp_path))
+        assert found.row is None and found.failure.endswith("still goes on; stop it first")
+        assert (folder / "of the other").exists() and (folder / "events.jsonl").exists()
+    after = one.measured(kept, KeptRuns(tmp_path))
+    assert after.row is not None and not (folder / "of the other").exists()
+
+
 def test_a_case_that_has_gone_is_one_line(tmp_path: Path) -> None:
     ended = done(tmp_path, (broken(JOBS[0]), JOBS[1]))
     (failed,) = ended.failed
@@ -104,10 +152,37 @@ def test_a_case_that_has_gone_is_one_line(tmp_path: Path) -> None:
     assert [row.job for row in ended.rows] == [JOBS[1].name]
 
 
-def test_nothing_but_failures(tmp_path: Path) -> None:
+def test_nothing_but_failures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An earlier report of other rows does not stay: the new one says that there are none, and why."""
+    told = list[tuple[Any, ...]]()
+    monkeypatch.setattr(whole, "write_report", lambda *given: told.append(given) or (tmp_path / "page",))
     ended = done(tmp_path, (broken(JOBS[0]),))
-    assert (ended.rows, len(ended.failed), ended.files) == ((), 1, (tmp_path / DATASET,))
+    assert (ended.rows, len(ended.failed), ended.files) == ((), 1, (tmp_path / DATASET, tmp_path / "page"))
     assert read_dataset(tmp_path / DATASET) == []
+    assert [(given[2], given[-1]) for given in told] == [([], [(ended.failed[0].job.name, ended.failed[0].failure)])]
+
+
+@pytest.mark.parametrize("how", ["changed", "removed"])
+def test_recorded_answers_that_do_not_last_are_a_failure_of_their_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, how: str
+) -> None:
+    """Whether a run read the answers before or after they were changed, nobody knows: it is no row of either."""
+    answers = tmp_path / "answers.jsonl"
+    answers.write_text("")
+    mixed = jobs(tmp_path, proposers=["replay:answers.jsonl", "do-nothing"], scenarios=[BATCH])
+    measure = one.measure
+
+    def meanwhile(job: Job, kept: KeptRuns) -> Row:
+        if job.arm.model is None:
+            return measure(job, kept)
+        answers.write_text("\n") if how == "changed" else answers.unlink()
+        return plain(job=job.name)
+
+    monkeypatch.setattr(one, "measure", meanwhile)
+    ended = done(tmp_path / "out", mixed)
+    assert [row.job for row in ended.rows] == [mixed[1].name] and len(lines(tmp_path / "out")) == 1
+    ((job, failure),) = ((f.job.name, f.failure) for f in ended.failed)
+    assert job == mixed[0].name and failure.startswith("of what answers it was made is not known: they ")
 
 
 def test_a_full_disk_loses_nothing_that_was_shown(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from homeostat.evaluate.report.contents import contents
-from homeostat.evaluate.report.report import REPORT, write_report
+from homeostat.evaluate.report.report import REPORT, Unmade, write_report
 from homeostat.evaluate.report.summary import spans, summary
 from homeostat.record.row import DO_NOTHING, HINDSIGHT, Row
 from tests.evaluate.study.fake_rows import LANGUAGE, campaign, plain
@@ -105,6 +106,44 @@ def test_every_failure_has_its_command_and_its_record(tmp_path: Path) -> None:
     words = " ".join(page.words)
     assert command(kept) in words and command(lost) in words and command(plain(job="good")) not in words
     assert "2 runs did not succeed or violated a hard limit" in words
+
+
+@pytest.mark.parametrize("rows", [FEW, ()], ids=["some", "none"])
+def test_what_could_not_be_carried_out_is_said(tmp_path: Path, rows: tuple[Row, ...]) -> None:
+    """Rates over the rows that there are say nothing of those that are missing."""
+    unmade = [Unmade(f"job {n}", f"OSError: <b>no</b> room {n}") for n in range(2)]
+    write_report(tmp_path, "T", rows, command, None, unmade)
+    text, page = read(tmp_path)
+    words = " ".join(page.words)
+    assert f"{len(rows)} of {len(rows) + 2}; 2 could not be carried out and are in no figure and no table" in words
+    assert "job 0: OSError: <b>no</b> room 0" in words and "job 1: " in words and "<b>" not in text
+
+
+FULL = """
+import resource, signal, sys
+from pathlib import Path
+from homeostat.evaluate.report.report import write_report
+from tests.evaluate.study.test_report import FEW, command
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
+try:
+    write_report(Path(sys.argv[1]), "Another", FEW[:4], command)
+except OSError as error:
+    print(error.filename)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="needs limits on file size")
+@pytest.mark.parametrize(("room", "name"), [(30_000, REPORT), (300, "tables/success.md")])
+def test_a_disk_that_is_full_leaves_every_file_as_it_was(tmp_path: Path, whole: Path, room: int, name: str) -> None:
+    folder = tmp_path / "study"
+    shutil.copytree(whole, folder)
+    arguments = [sys.executable, "-c", FULL, str(folder), str(room)]
+    run = subprocess.run(arguments, capture_output=True, text=True, timeout=240, cwd=Path(__file__).parents[3])
+    assert (run.stdout, run.stderr) == (f"{folder / name}\n", "")
+    assert (folder / name).read_bytes() == (whole / name).read_bytes()
+    assert not [path for path in folder.rglob("*") if path.name.endswith(".partial")]
 
 
 @pytest.mark.parametrize("trace", ["javascript:alert(1)", "../../etc", "/etc/passwd", "a\\..\\..\\b", "//evil/x"])
@@ -201,6 +240,14 @@ def test_the_summary_is_computed() -> None:
         "scripted:reasonable (scripted): 10 of 10 runs succeeded (95 % interval 72 to 100 %); none violated a hard "
         "limit; beside search, 1 more success on the same 10 plants: no clear difference (adjusted p = 1.000).",
     ]
+
+
+def test_what_was_violated_for_less_than_a_second_was_violated(tmp_path: Path) -> None:
+    """Where ticks are shorter than that."""
+    rows = [plain(exposure_s=0.2, least_margin=-0.01)]
+    ((_, (sentence,)),) = summary(rows)
+    assert "1 run violated a hard limit, for 0.2 s at most" in sentence
+    assert "Outside hard limits for 0.2 s;" in written(tmp_path, rows)[0]
 
 
 def test_seeds_in_few_words() -> None:

@@ -4,19 +4,23 @@ import argparse
 import getpass
 import os
 import secrets
+from pathlib import Path
 from typing import Final
 
 from homeostat.cli.arguments import LEAST_DIGITS, UsageError
 from homeostat.cli.giving import given
 from homeostat.cli.offers import Offers
+from homeostat.cli.recorded_plant import unvouched
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.mode import PersonCommand, Role, Verb
 from homeostat.domain.plant.description import PlantDescription
 from homeostat.domain.quotation import printable
-from homeostat.journal import Record, read_events
+from homeostat.evaluate.recorded.plant import recorded_place
+from homeostat.journal import Record, RunStarted, read_events
 from homeostat.knowledge.store.error import GraphError
 from homeostat.plants.error import PlantError
 from homeostat.plants.plant import load_plant
+from homeostat.record.decode import DecodeError, decode
 from homeostat.service.answers import TELLING, Heard, Waiting, waiting
 from homeostat.service.attached.place import begins
 from homeostat.service.doors.asking import status
@@ -63,7 +67,7 @@ def approve(options: argparse.Namespace) -> int:
         else:
             refuse_unattended(run_dir)
         records = tuple(read_events(run_dir))
-        for line in Offers.of(records).lines(_plant(records)):
+        for line in Offers.of(records).lines(_plant(records, run_dir)):
             print(printable(line))
         return 0
     if not options.digest:
@@ -79,9 +83,12 @@ def _whole(digest: str, request: str, found: tuple[Waiting, ...]) -> str:
     return next((w.digest for w in found if w.request == request and w.digest.startswith(digest)), digest)
 
 
-def _plant(records: tuple[Record, ...]) -> PlantDescription | None:
+def _plant(records: tuple[Record, ...], run_dir: Path) -> PlantDescription | None:
     """The plant of a run; None where it is not known here, or not like that: a person must decide all the same."""
     try:
-        return load_plant(str(records[0].fields["case"]), learned=False).description
-    except (PlantError, GraphError, LookupError):
+        started = next(event for event in map(decode, records[:1]) if isinstance(event, RunStarted))
+        if unvouched(started, run_dir) is not None:
+            return None
+        return load_plant(recorded_place(started), learned=False).description
+    except (PlantError, GraphError, DecodeError, StopIteration):
         return None

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from homeostat.cli.arguments import UsageError
-from homeostat.cli.recorded_plant import plant_of_run, vouched
+from homeostat.cli.recorded_plant import plant_of_run, unvouched
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.quotation import printable
-from homeostat.evaluate.recorded.plant import recorded_folder
+from homeostat.evaluate.recorded.plant import recorded_place
 from homeostat.history.times import read_span
 from homeostat.journal import BrokenChain, Event, RunStarted, read_events
 from homeostat.journal.verify.verify import verify
@@ -49,10 +49,9 @@ def _watch_again(options: argparse.Namespace, run_dir: Path) -> int:
     started = begins(run_dir)
     if started is None:
         raise UsageError(f"{str(run_dir)!r} is no attached plant's: only the history of one can be watched again")
-    folder = recorded_folder(started)
-    if options.case is None and folder is not None and not vouched(run_dir):
-        raise UsageError(f"nobody vouches for where the plant is ({folder!r}), and it has code; name it with --case")
-    plant = load_plant(options.case or folder or started.case)
+    if options.case is None and (place := unvouched(started, run_dir)) is not None:
+        raise UsageError(f"nobody vouches for where the plant is ({place!r}), and it has code; name it with --case")
+    plant = load_plant(options.case or recorded_place(started))
     beside = run_dir.resolve()
     history = EmbeddedHistory(options.history or beside.with_name(beside.name + KEPT))
     extent = history.extent()

@@ -5,6 +5,7 @@ import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple, Self
 
 from homeostat.agents.playbook.book import Book
 from homeostat.agents.roles import AskingProtocol
@@ -13,8 +14,9 @@ from homeostat.cli.commands.run import Going, carry
 from homeostat.cli.operation import orders_to, paced
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.mode import Mode
+from homeostat.evaluate.beginning import watched
 from homeostat.evaluate.conditions import Conditions
-from homeostat.evaluate.operation import Operation, Thinking
+from homeostat.evaluate.operation import Operation, Thinking, declared
 from homeostat.evaluate.proposing import Proposing
 from homeostat.evaluate.recorded.plant import recorded_plant_of
 from homeostat.evaluate.recorded.resumption import Past, ResumptionError, told
@@ -29,6 +31,50 @@ from homeostat.recovery.bounds import Budget
 from homeostat.service.inbox import INBOX
 
 
+class Chosen(NamedTuple):
+    """What a run was begun with, but for its scenario."""
+
+    proposer: str
+    """Who was to propose."""
+    protocol: str
+    """When it was to be asked."""
+    conditions: Conditions
+    """How agents are asked, and what they are told."""
+    budget: Budget
+    """How long a recovery may think."""
+    thinking: Thinking
+    """What thinking costs."""
+    mode: Mode
+    """Mode of the guard at the start."""
+    persons: int
+    """How many people have to approve."""
+    pace: float | None
+    """Process seconds per second in real time; None in virtual time."""
+
+    @classmethod
+    def of(cls, past: Past) -> Self:
+        """As the first event of ``past`` says; ResumptionError where it does not, as one of another version."""
+        said = past.started.settings
+        label_given, reprompting, ensemble = (
+            bool(said.get(name, usual))
+            for name, usual in (("label_given", False), ("reprompting", True), ("ensemble", True))
+        )
+        try:
+            thinks = "thinking_declared_s" in said
+            return cls(
+                str(said["proposer"]),
+                str(said["protocol"]),
+                Conditions(label_given=label_given, reprompting=reprompting, ensemble=ensemble),
+                Budget(latency_s=float(said["budget_s"])) if "budget_s" in said else Budget(),
+                declared(float(said["thinking_declared_s"])) if thinks else Thinking(float(said["thinking_scale"])),
+                Mode(str(said.get("mode", Mode.CLOSED_LOOP))),
+                int(said.get("persons", 1)),
+                float(said["pace"]) if "pace" in said else None,
+            )
+        except (KeyError, ValueError) as error:
+            raise ResumptionError(f"its first event does not say {error}; use the version that recorded it") from None
+
+
 def carry_out(options: argparse.Namespace) -> int:
     """Check everything, go on, show, keep; the exit status says what happened."""
     run_dir = run_directory(options.run)
@@ -36,11 +82,12 @@ def carry_out(options: argparse.Namespace) -> int:
         raise UsageError(f"run {str(run_dir)!r} is over; begin another one")
     try:
         past = Past.of(tuple(read_events(run_dir)))
-        plant = recorded_plant_of(past.started, options.case)
-        scenario = past.scenario(plant)
-        chosen = past.started.settings
+        designed = recorded_plant_of(past.started, options.case)
+        scenario = past.scenario(designed)
+        plant = watched(designed, scenario)
+        chosen = Chosen.of(past)
         book = _playbook(past, run_dir, plant)
-        if chosen.get("protocol") != AskingProtocol.ROUTE.value:
+        if chosen.protocol != AskingProtocol.ROUTE.value:
             raise ResumptionError("it was asked for step by step, and what was asked is not in its journal")
     except (PlantError, ResumptionError) as reason:
         raise ResumptionError(f"run {str(run_dir)!r} cannot go on: {reason}") from None
@@ -48,15 +95,13 @@ def carry_out(options: argparse.Namespace) -> int:
     directory = RunDirectory.resume(path)
     for line in told(past):
         print(f"homeostat: {line}", file=sys.stderr)
-    if chosen["proposer"] != "search":
-        print(f"homeostat: it goes on with the search alone, without {chosen['proposer']!r}", file=sys.stderr)
+    if chosen.proposer != "search":
+        print(f"homeostat: it goes on with the search alone, without {chosen.proposer!r}", file=sys.stderr)
     if book is not None:
         print("homeostat: it goes on with the playbook that it began with; nothing is added to it", file=sys.stderr)
-    conditions = Conditions(label_given=bool(chosen.get("label_given")))
-    operation = _operation(past, directory.path, options.pace)
-    thinking = _thinking(past, operation)
-    budget = Budget(latency_s=float(chosen["budget_s"])) if "budget_s" in chosen else Budget()
-    proposing = Proposing(None, conditions, budget=budget, playbook=book)
+    operation = _operation(past, chosen, directory.path, options.pace)
+    thinking = Thinking(operation.pace or chosen.thinking.scale, chosen.thinking.declared_s)
+    proposing = Proposing(None, chosen.conditions, budget=chosen.budget, playbook=book)
     going = Going(plant, scenario, directory, thinking, "search", proposing, operation)
     return carry(going, options.json)
 
@@ -79,17 +124,8 @@ def _playbook(past: Past, run_dir: Path, plant: Plant) -> Book | None:
     return book
 
 
-def _thinking(past: Past, operation: Operation) -> Thinking:
-    chosen = past.started.settings
-    if "thinking_declared_s" in chosen:
-        return Thinking(declared_s=float(chosen["thinking_declared_s"]))
-    return Thinking(operation.pace or float(chosen["thinking_scale"]))
-
-
-def _operation(past: Past, run_dir: Path, pace: float | None) -> Operation:
-    chosen = past.started.settings
-    mode, persons = Mode(str(chosen.get("mode", Mode.CLOSED_LOOP))), int(chosen.get("persons", 1))
-    operation = Operation(mode, persons=persons, past=past)
-    if "pace" in chosen:  # in real time
-        return replace(operation, pace=pace or float(chosen["pace"]), orders=orders_to(run_dir))
+def _operation(past: Past, chosen: Chosen, run_dir: Path, pace: float | None) -> Operation:
+    operation = Operation(chosen.mode, persons=chosen.persons, past=past)
+    if chosen.pace is not None:  # in real time
+        return replace(operation, pace=pace or chosen.pace, orders=orders_to(run_dir))
     return operation if pace is None else paced(operation, pace, run_dir)

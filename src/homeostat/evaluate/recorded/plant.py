@@ -6,6 +6,7 @@ from typing import Final
 from homeostat.journal import RunStarted, Setting
 from homeostat.plants.error import PlantError
 from homeostat.plants.files.folder import INSTALLED, SETTINGS
+from homeostat.plants.files.places import shipped_names
 from homeostat.plants.plant import Plant, load_plant
 
 FOLDER: Final = "plant folder"
@@ -25,13 +26,23 @@ def recorded_folder(started: RunStarted) -> str | None:
     return None if folder is None or Path(str(folder)).parent == INSTALLED else str(folder)
 
 
+def recorded_place(started: RunStarted) -> str:
+    """The folder that the run had its plant in, or the plant's name where it has one.
+
+    A plant of this package is that of this package, whatever folder of its name there is where somebody stands.
+    """
+    if (folder := recorded_folder(started)) is not None:
+        return folder
+    return str(INSTALLED / started.case) if started.case in shipped_names() else started.case
+
+
 def recorded_plant_of(started: RunStarted, given: str | None = None, option: str = "--case") -> Plant:
     """The plant of a run: in the folder ``given`` or by that name, else where the run had it.
 
     PlantError where there is none, or another configuration than the run's, with the ``option`` that names it;
     GraphError where generated files disagree.
     """
-    where = given or recorded_folder(started) or started.case
+    where = given or recorded_place(started)
     try:
         plant = load_plant(str(Path(where).resolve()) if (Path(where) / SETTINGS).is_file() else where)
     except PlantError as error:

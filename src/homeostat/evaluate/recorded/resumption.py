@@ -14,14 +14,17 @@ from homeostat.domain.events.writes import Cause, ReadBack, WriteIntended
 from homeostat.domain.mode import Mode
 from homeostat.domain.observation import Observation
 from homeostat.domain.recovery import ActionSet, Step
+from homeostat.evaluate.beginning import beginning
 from homeostat.evaluate.local_control import LocalControl, Told
 from homeostat.evaluate.scenario import Scenario, departing, repaired
 from homeostat.guard.restart.memory import Memory
 from homeostat.journal import Event, Record, RunStarted
+from homeostat.journal.events import BEGINS_IN, SETPOINT
 from homeostat.links.retracing import Retracing
 from homeostat.links.simulated import SimulatedLink
 from homeostat.plants.plant import Plant
 from homeostat.plants.truth import NONE
+from homeostat.process.seeds import NAMING
 from homeostat.record.releases import Release
 from homeostat.record.run_record import RunRecord, WriteAttempt
 
@@ -57,12 +60,22 @@ class Past:
         return self.record.entries[-1].at_s
 
     def scenario(self, plant: Plant) -> Scenario:
-        """The scenario of the run; ResumptionError where ``plant`` is not what it was, or the journal does not say."""
+        """The scenario of the run; ResumptionError where ``plant`` is not what it was, or the journal does not say.
+
+        It may begin elsewhere than ``plant`` does by design (:func:`homeostat.evaluate.beginning.watched`).
+        """
         chosen = self.started.settings
         if chosen.get("configuration") != plant.configuration:
             raise ResumptionError(f"the configuration of {plant.name!r} has changed since the run began")
+        if (naming := chosen.get("seeds")) != NAMING:
+            raise ResumptionError(
+                f"its draws follow from the seed as in {naming!r} and here as in {NAMING!r}, so that its plant cannot "
+                "be made again; use the version that recorded it"
+            )
+        set_by_then = {n.removeprefix(SETPOINT): float(v) for n, v in chosen.items() if n.startswith(SETPOINT)}
         try:
             whole = Scenario(plant.name, self.record.faults, self.started.seed, float(chosen["end_s"]))
+            whole = beginning(plant, whole, str(chosen.get(BEGINS_IN, "")), set_by_then)
             departed = departing(plant, whole, self.started.disturbances, str(chosen.get("mismatch", NONE)))
             return repaired(departed, None if (at_s := chosen.get("repaired_s")) is None else float(at_s))
         except (KeyError, ValueError) as error:

@@ -18,7 +18,7 @@ from homeostat.evaluate.scenario import Scenario, ScenarioError
 from homeostat.evaluate.score.step_scores import score_steps
 from homeostat.journal import RunFinished, RunStarted, Setting, Subscriber, Summary
 from homeostat.journal.beside.files import RESULT
-from homeostat.journal.events import DISTURBANCE, TICK
+from homeostat.journal.events import BEGINS_IN, DISTURBANCE, SETPOINT, TICK
 from homeostat.plants.plant import Plant
 from homeostat.plants.truth import NONE
 from homeostat.plants.wired.assembly import Language
@@ -126,8 +126,8 @@ def run_started(
     if scenario.repaired_s is not None:
         configuration.append(Setting("repaired_s", scenario.repaired_s))
     if scenario.begins_in:
-        configuration.append(Setting("begins_in", scenario.begins_in))
-    configuration += [Setting(f"setpoint {tag}", value) for tag, value in scenario.setpoints]
+        configuration.append(Setting(BEGINS_IN, scenario.begins_in))
+    configuration += [Setting(f"{SETPOINT}{tag}", value) for tag, value in scenario.setpoints]
     configuration += [Setting(f"{DISTURBANCE}{k}", str(d)) for k, d in enumerate(scenario.disturbances, start=1)]
     configuration += [Setting("proposer", proposer), thinking.setting, *chosen]
     if language is not None:

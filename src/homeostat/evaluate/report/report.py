@@ -4,14 +4,15 @@ import urllib.parse
 from collections.abc import Callable, Sequence
 from importlib.resources import files
 from pathlib import Path, PurePosixPath
-from typing import Final
+from typing import Final, NamedTuple
 
 from homeostat import __version__
 from homeostat.evaluate.report.contents import Contents, contents, failed, what_failed
 from homeostat.evaluate.report.groups import Origin, arm, source
-from homeostat.evaluate.report.summary import summary, what_was_run
+from homeostat.evaluate.report.summary import seconds, summary, what_was_run
 from homeostat.evaluate.report.tables.formats import comma_separated, latex, markdown
 from homeostat.evaluate.report.tables.table import Table, said
+from homeostat.journal.beside.files import write_whole
 from homeostat.record.row import Row
 
 REPORT: Final = "report.html"
@@ -24,18 +25,34 @@ Rerun = Callable[[Row], str]
 _FORMATS: Final = {".md": markdown, ".tex": latex, ".csv": comma_separated}
 
 
+class Unmade(NamedTuple):
+    """A run that was asked for and could not be carried out."""
+
+    job: str
+    """Name of its job."""
+    failure: str
+    """What failed, in one line."""
+
+
 def write_report(
-    folder: Path, title: str, rows: Sequence[Row], rerun: Rerun, reference: str | None = None
+    folder: Path,
+    title: str,
+    rows: Sequence[Row],
+    rerun: Rerun,
+    reference: str | None = None,
+    unmade: Sequence[Unmade] = (),
 ) -> tuple[Path, ...]:
     """Write ``report.html`` and ``tables/*`` into ``folder``, the study's own, so that links to records hold.
 
     Paths of all files, the page first. The same rows in any order give the same files; tables of an earlier report that
-    this one lacks are left. ``reference`` is as in `contents`. ImportError where the extra ``campaign`` is missing.
+    this one lacks are left. ``reference`` is as in `contents`; ``unmade`` are the runs that were asked for and have no
+    row, which the page says. Each file is the old one or the new one, whole, whenever it is read. OSError where the
+    disk takes no more, ImportError where the extra ``campaign`` is missing.
     """
     known = contents(rows, reference)
     tables = write_tables(folder / TABLES, known.tables)
     page = folder / REPORT
-    page.write_text(html(title, rows, rerun, known, reference), encoding="utf-8", newline="\n")
+    write_whole(page, html(title, rows, rerun, known, reference, unmade).encode())
     return page, *tables
 
 
@@ -46,12 +63,19 @@ def write_tables(folder: Path, tables: Sequence[Table]) -> tuple[Path, ...]:
     for table in tables:
         for ending, form in _FORMATS.items():
             path = folder / (table.name + ending)
-            path.write_text(form(table), encoding="utf-8", newline="\n")
+            write_whole(path, form(table).encode())
             written.append(path)
     return tuple(written)
 
 
-def html(title: str, rows: Sequence[Row], rerun: Rerun, known: Contents, reference: str | None = None) -> str:
+def html(
+    title: str,
+    rows: Sequence[Row],
+    rerun: Rerun,
+    known: Contents,
+    reference: str | None = None,
+    unmade: Sequence[Unmade] = (),
+) -> str:
     """The page. Everything that comes from the rows is escaped; only figures and style are taken as they are."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 
@@ -59,17 +83,25 @@ def html(title: str, rows: Sequence[Row], rerun: Rerun, known: Contents, referen
 
     page = Environment(loader=FunctionLoader(_file), autoescape=True, undefined=StrictUndefined)
     page.trim_blocks = page.lstrip_blocks = page.keep_trailing_newline = True
-    page.globals |= {"said": said, "arm": arm, "what_failed": what_failed, "link": _link, "rerun": rerun}
+    page.globals |= {
+        "said": said,
+        "arm": arm,
+        "what_failed": what_failed,
+        "link": _link,
+        "rerun": rerun,
+        "seconds": seconds,
+    }
     parts = [[r for r in failed(rows) if (source(r.proposer) is Origin.REFERENCE) is it] for it in (False, True)]
     drawn = gallery(rows) if rows else Gallery((), ())
     return page.get_template("report.html").render(
         {"title": title, "version": __version__, "style": _file("report.css"), "folder": TABLES},
         known=known,
-        facts=what_was_run(rows),
+        facts=what_was_run(rows, len(unmade)),
         told=summary(rows, reference),
         drawn=drawn,
         failures=parts[0],
         references=parts[1],
+        unmade=unmade,
     )
 
 

@@ -23,10 +23,13 @@ _CLEAR: Final = 0.05
 """Adjusted probability below which a difference is called clear [1]."""
 
 
-def what_was_run(rows: Sequence[Row]) -> list[tuple[str, str]]:
-    """What the study consists of: a name and the words to it."""
+def what_was_run(rows: Sequence[Row], unmade: int = 0) -> list[tuple[str, str]]:
+    """What the study consists of: a name and the words to it; ``unmade`` runs have no row."""
     ordered = in_order(rows)
     facts = [("Runs", f"{len(ordered)}")]
+    if unmade:
+        lacking = f"{unmade} could not be carried out and {'is' if unmade == 1 else 'are'} in no figure and no table"
+        facts = [("Runs", f"{len(ordered)} of {len(ordered) + unmade}; {lacking}")]
     for plant in plants(ordered):
         own = [row for row in ordered if row.case == plant]
         facts.append((f"Plant {plant}", f"{len(own)} runs; scenarios: {', '.join(scenarios(own))}"))
@@ -61,6 +64,11 @@ def spans(seeds: Sequence[int]) -> str:
     return ", ".join(f"{first}" if first == last else f"{first}–{last}" for first, last in runs)
 
 
+def seconds(value: float) -> str:
+    """Whole seconds, and parts of the first one: a limit that was violated for a tick was not violated for 0 s."""
+    return f"{value:.1g}" if 0.0 < value < 0.5 else f"{value:.0f}"
+
+
 def _named(rows: Sequence[Row]) -> list[str]:
     """Proposers, and how those answered that were no model asked there and then."""
     sources = {group.name: group.source for group in overall(rows)}
@@ -75,7 +83,7 @@ def _sentence(group: Group, missed: Rate | None, compared: Comparison | None) ->
     outside = [row.exposure_s for row in group.rows if violated(row)]
     if outside:
         runs = "1 run" if len(outside) == 1 else f"{len(outside)} runs"
-        words += f"; {runs} violated a hard limit, for {max(outside):.0f} s at most"
+        words += f"; {runs} violated a hard limit, for {seconds(max(outside))} s at most"
     else:
         words += "; none violated a hard limit"
     if missed is not None:

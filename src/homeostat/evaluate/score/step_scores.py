@@ -65,6 +65,6 @@ def _field(answer: str, name: str) -> object:
     """A field of an answer; None where the answer is no JSON object or has no such field."""
     try:
         value: Any = json.loads(unfenced(answer))
-    except ValueError:
+    except (ValueError, RecursionError):  # what nests without end was no answer to the agents either
         return None
     return value.get(name) if isinstance(value, dict) else None

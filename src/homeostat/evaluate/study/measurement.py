@@ -19,7 +19,7 @@ from homeostat.evaluate.study.plan.plants import plant_of
 from homeostat.evaluate.study.row_of import notable, row_of
 from homeostat.knowledge.store.embedded import EmbeddedStore
 from homeostat.plants.plant import Plant
-from homeostat.record.directory import RunDirectory
+from homeostat.record.directory import RunDirectory, clear
 from homeostat.record.row import HINDSIGHT, Row
 
 RUNS = "runs"
@@ -39,14 +39,17 @@ class KeptRuns:
 
 
 def measure(job: Job, kept: KeptRuns) -> Row:
-    """Run ``job`` to its end, on one core where others work beside it; what it left from an earlier try is removed."""
+    """Run ``job`` to its end, on one core where others work beside it; what it left from an earlier try is removed.
+
+    RunDirectoryError where that still goes on, as on a worker that was given up and lives.
+    """
     if job.arm.who == HINDSIGHT:
         return hindsight_row(job)
     folder = kept.folder(job)
     if folder is None:
         with tempfile.TemporaryDirectory() as scratch:
             return _measured(job, Path(scratch) / job.name, "")
-    shutil.rmtree(folder, ignore_errors=True)
+    clear(folder)
     row = _measured(job, folder, f"{RUNS}/{job.name}")
     if row.trace:
         return row

@@ -9,7 +9,7 @@ import numpy as np
 from homeostat.domain.diagnosis import Hypothesis, by_fault_set
 from homeostat.domain.events.recovery import Noticed
 from homeostat.domain.snapshot import Trajectory
-from homeostat.evaluate.run import Run, finite
+from homeostat.evaluate.run import Run, finite, known_totals
 from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.evaluate.score.scoring import inside_at_end, missed_at_end
 from homeostat.evaluate.study.plan.job import Job
@@ -92,7 +92,7 @@ def _ended(run: Run) -> dict[str, Any]:
         "production_loss": finite(run.production_loss),
         "complete_s": run.complete_s,
         "nominal_s": run.nominal_s,
-        "totals": {name: run.totals[name] for name in run.plant.reported},
+        "totals": known_totals({name: run.totals[name] for name in run.plant.reported}),
     }
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from homeostat import __version__
 from homeostat.evaluate.recorded.run import LIBRARIES
-from homeostat.evaluate.report.report import Rerun, write_report
+from homeostat.evaluate.report.report import Rerun, Unmade, write_report
 from homeostat.evaluate.study.engine import Done, carry_out
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.ledger import DATASET, Ledger, in_order, write_dataset
@@ -128,23 +128,42 @@ def run_study(
         if importlib.util.find_spec(name) is None:
             raise StudyError(f"the report of a study needs {name!r}: pip install 'homeostat[campaign]'")
     prints = {job.fingerprint: job for job in jobs}
+    by_name = {job.name: fingerprint for fingerprint, job in prints.items()}
     failed: list[Done] = []
     with Ledger(folder) as ledger:
         todo = [job for fingerprint, job in prints.items() if fingerprint not in ledger.rows]
+        made_from = _provenance(title, jobs, _other_versions(folder / PROVENANCE) if len(todo) < len(prints) else [])
         progress = Progress(todo, workers.number)
         show(progress)
-        for done in carry_out(todo, KeptRuns(folder.resolve()), workers.number, workers.cluster) if todo else ():
+        for ended in carry_out(todo, KeptRuns(folder.resolve()), workers.number, workers.cluster) if todo else ():
+            done = _as_planned(ended, by_name[ended.job.name])
             if done.row is None:
                 failed.append(done)
             else:
-                ledger.add(done.job.fingerprint, done.row)
+                if progress.done == progress.failed:  # the first row: whoever goes on after a death must know
+                    write_whole(folder / PROVENANCE, made_from)
+                ledger.add(by_name[done.job.name], done.row)
             progress.take(done)
             show(progress)
         rows = in_order(prints, ledger)
         write_dataset(folder / DATASET, rows)
-        write_whole(folder / PROVENANCE, _provenance(title, jobs))
-        files = write_report(folder, title, rows, rerun) if rows else ()
+        write_whole(folder / PROVENANCE, made_from)
+        unmade = [Unmade(done.job.name, done.failure) for done in failed]
+        files = write_report(folder, title, rows, rerun, None, unmade)
     return Ended(tuple(rows), tuple(failed), (folder / DATASET, *files))
+
+
+def _as_planned(done: Done, fingerprint: str) -> Done:
+    """``done``; failed where its recorded answers are not those any more that gave its job this ``fingerprint``."""
+    if done.row is None:
+        return done
+    try:
+        if done.job.fingerprint == fingerprint:
+            return done
+        why = "they were changed since the study began"
+    except OSError as error:
+        why = f"they cannot be read any more ({error.strerror})"
+    return Done(done.job, None, f"of what answers it was made is not known: {why}; start the study again")
 
 
 def rerun_command(source: Path, options: Sequence[str] = ()) -> Rerun:
@@ -153,11 +172,25 @@ def rerun_command(source: Path, options: Sequence[str] = ()) -> Rerun:
     return lambda row: f"{begin} {shlex.quote(row.job)}"
 
 
-def _provenance(title: str, jobs: Sequence[Job]) -> bytes:
-    versions = {"homeostat": __version__, "python": sys.version.split()[0], **{n: version(n) for n in LIBRARIES}}
+def _provenance(title: str, jobs: Sequence[Job], earlier: Sequence[object]) -> bytes:
+    """What the rows were made from; ``earlier``: versions of libraries that some of them were made with before."""
     own = {job.scenario.case: asdict(job.own) for job in jobs if job.own is not None}
-    content = {"title": title, "package": code_digest(), "own_plants": own, "versions": versions}
-    return (json.dumps(content, indent=1) + "\n").encode()
+    content = {"title": title, "package": code_digest(), "own_plants": own, "versions": _versions()}
+    return (json.dumps(content | ({"earlier_versions": earlier} if earlier else {}), indent=1) + "\n").encode()
+
+
+def _versions() -> dict[str, str]:
+    return {"homeostat": __version__, "python": sys.version.split()[0], **{n: version(n) for n in LIBRARIES}}
+
+
+def _other_versions(path: Path) -> list[object]:
+    """Versions that the provenance in ``path`` has and that are not those of now: rows of both may stand in a study."""
+    try:
+        content = json.loads(path.read_bytes())
+        had = [*content.get("earlier_versions", []), content["versions"]]
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        return []  # the study has not come so far before, or somebody else wrote it
+    return [each for k, each in enumerate(had) if each != _versions() and each not in had[:k]]
 
 
 class Study:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from io import BytesIO
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from homeostat.domain.outcome import Outcome
 from homeostat.domain.plant.tag import Role
+from homeostat.domain.quotation import printable
 from homeostat.record.figure.clock import Clock
 from homeostat.record.figure.lines import draw_lines
 from homeostat.record.figure.marks import draw_marks, explained, strip_rows
@@ -42,19 +43,31 @@ _ENDINGS: Final = {
     Outcome.NO_ACTION: "No action",
     Outcome.HELD: "Held: next to nothing is produced at the end",
 }
+_PLAIN: Final[dict[Any, Any]] = {"text.parse_math": False, "text.usetex": False}
+"""Words come from tables: a price of 5 $ is no formula."""
 LONGEST_TITLE = 80
 """Most characters of what was wrong that the title has room for."""
 
 
 def draw(run: ShownRun) -> bytes:
     """The picture as PNG."""
+    from matplotlib import rc_context
+
     content = BytesIO()
-    compose(run).savefig(content, format="png", metadata={"Software": None})
+    with rc_context(_PLAIN):  # marks of axes are made only now
+        compose(run).savefig(content, format="png", metadata={"Software": None})
     return content.getvalue()
 
 
 def compose(run: ShownRun) -> Figure:
     """The picture, from the top: title, moments, panels, states."""
+    from matplotlib import rc_context
+
+    with rc_context(_PLAIN):
+        return _composed(run)
+
+
+def _composed(run: ShownRun) -> Figure:
     plant = run.plant
     machine = plant.description.machine
     first_s, last_s = window(run)
@@ -123,7 +136,7 @@ def _caption(figure: Figure, run: ShownRun, shown: str) -> None:
     end = plant.description.machine.state(run.state).label
     if len(what) > LONGEST_TITLE:
         what = f"{what[:LONGEST_TITLE]} ..."
-    title = f"{plant.name}, {what}, seed {run.scenario.seed}"
+    title = f"{printable(plant.name)}, {what}, seed {run.scenario.seed}"
     left, height = _LEFT / _WIDTH, figure.get_figheight()
     figure.text(left, 1 - 0.2 / height, title, fontsize=12, fontweight="bold", va="center")
     outcome = f"{_ENDINGS[run.outcome]}. At the end: {end}."

@@ -44,7 +44,17 @@ from homeostat.record.story.folding import ATTEMPT, Folding
 from homeostat.record.story.guard import GuardStory
 from homeostat.record.story.line import Line, Tone
 from homeostat.record.story.plain import plainly
-from homeostat.record.story.wording import commands, compared, lasting, named, probabilities, quantity, who, worst
+from homeostat.record.story.wording import (
+    commands,
+    compared,
+    lasting,
+    named,
+    percent,
+    probabilities,
+    quantity,
+    who,
+    worst,
+)
 
 _MOST_DETAIL = 400
 """Longest reason why a model did not answer [characters]."""
@@ -211,7 +221,7 @@ class Story:
             return
         self._foretold[limit] = first.earliest_s
         text = f"{limit} trips {_within(first)} if nothing is done, in {first.members} of {event.members} members"
-        yield Line(at_s, "foreseen", f"{text} ({100 * first.probability:.0f} %)", Tone.WARNING)
+        yield Line(at_s, "foreseen", f"{text} ({percent(first.probability)} %)", Tone.WARNING)
 
     def _over(self, event: FaultsEnded, at_s: float) -> Line:
         text = f"{named(event.faults, self._plant)}: nothing of it is to be seen since {event.since_s:.0f} s"

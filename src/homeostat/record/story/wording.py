@@ -13,6 +13,8 @@ from homeostat.domain.verdict import Finding
 
 _LEAST = 0.005
 """Faults below this probability are not named [1]."""
+_ROUNDED = 1e-9
+"""What rounding may make of a probability [1]."""
 
 
 def quantity(value: float, unit: str) -> str:
@@ -56,6 +58,18 @@ def probabilities(held: Iterable[FaultProbability], plant: PlantDescription) -> 
     """Every set of faults that matters with its probability, most probable first."""
     named = [b for b in held if b.probability >= _LEAST]
     return "; ".join(f"{100 * b.probability:.0f} % {severities(b, plant)}" for b in named) or "no explanation"
+
+
+def percent(probability: float) -> str:
+    """A probability [1] in whole percent, and never none or all of it where it is not.
+
+    >>> percent(0.3), percent(0.002), percent(0.998), percent(1.0)
+    ('30', 'less than 1', 'more than 99', '100')
+    """
+    whole = round(100 * probability)
+    if whole == 0 and probability > _ROUNDED:
+        return "less than 1"
+    return "more than 99" if whole == 100 and probability < 1.0 - _ROUNDED else f"{whole}"
 
 
 def command(order: Command, plant: PlantDescription) -> str:

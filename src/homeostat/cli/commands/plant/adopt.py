@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from homeostat.cli.arguments import UsageError
-from homeostat.cli.recorded_plant import vouched
+from homeostat.cli.recorded_plant import unvouched
 from homeostat.cli.run_directory import run_directory
 from homeostat.domain.quotation import printable
 from homeostat.evaluate.lint.check import check
 from homeostat.evaluate.recorded.adoption import Adoption, adoption
-from homeostat.evaluate.recorded.plant import recorded_folder, recorded_plant_of
+from homeostat.evaluate.recorded.plant import recorded_plant_of
 from homeostat.journal import RunStarted, read_events
 from homeostat.journal.beside.files import write_whole
 from homeostat.plants.files.folder import INSTALLED, SIGNATURE
@@ -59,9 +59,8 @@ def _checked(folder: Path) -> int:
 
 def _plant(started: RunStarted, run_dir: Path, given: str | None) -> Plant:
     """The plant of the run, in its configuration; where it is, is not taken from a journal that nobody vouches for."""
-    folder = recorded_folder(started)
-    if given is None and folder is not None and not vouched(run_dir):
-        raise UsageError(f"nobody vouches for where the run's plant is ({folder!r}); name its folder with {OPTION}")
+    if given is None and (place := unvouched(started, run_dir)) is not None:
+        raise UsageError(f"nobody vouches for where the run's plant is ({place!r}); name its folder with {OPTION}")
     return recorded_plant_of(started, given, OPTION)
 
 

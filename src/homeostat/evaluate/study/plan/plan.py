@@ -22,7 +22,7 @@ from homeostat.evaluate.scenario import LARGEST_SEED
 from homeostat.evaluate.study.error import StudyError
 from homeostat.evaluate.study.plan.job import ABLATIONS, CONSTANT
 from homeostat.plants.truth import NONE
-from homeostat.record.row import WHOLE
+from homeostat.record.row import REFERENCE_POLICIES, SEARCH, WHOLE
 from homeostat.stl.spelling import near_matches
 
 MOST_SEEDS = 10_000
@@ -148,6 +148,20 @@ class ProposerPlan(_Table):
     def _has_values_for_somebody(self) -> Self:
         if self.values and self.who != CONSTANT:
             raise ValueError(f"values are what {CONSTANT!r} commands; {self.who!r} has no use for them")
+        return self
+
+    @model_validator(mode="after")
+    def _is_called_what_it_is(self) -> Self:
+        """A report knows by its name what was measured, and what it is measured by."""
+        if self.name in (None, self.who):
+            return self
+        if self.who in REFERENCE_POLICIES:
+            raise ValueError(f"reports know the reference policy {self.who!r} by that name; leave 'name' out")
+        if self.name in (SEARCH, *REFERENCE_POLICIES):
+            raise ValueError(f"reports would take {self.who!r} for {self.name!r}; choose another name")
+        kinds = SCRIPT, REPLAY, SITUATED
+        if self.name.startswith(kinds) and not self.who.startswith(kinds):
+            raise ValueError(f"reports would take {self.name!r} for recorded or scripted; choose another name")
         return self
 
     @property
