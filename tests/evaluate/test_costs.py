@@ -11,8 +11,10 @@ import pytest
 from homeostat.domain.cost import Cost
 from homeostat.domain.plant.limits import Criterion, Limit, LimitKind, Limits, Owner
 from homeostat.domain.plant.prices import Price, PriceKind, prices_of
+from homeostat.domain.plant.rules import StartUp
 from homeostat.domain.snapshot import Trajectory
 from homeostat.evaluate.score.costs import run_cost
+from homeostat.evaluate.score.limits_in_force import LimitsInForce
 from homeostat.plants.plant import Plant
 from homeostat.stl.formula import parse
 from tests.twin.followed import reactor
@@ -122,3 +124,16 @@ def test_what_cannot_be_known_has_no_finite_cost(lacking: str) -> None:
     blind = replace(known, signals={**known.signals, lacking: np.full((1, END), math.nan)})
     assert not math.isfinite(run_cost(plant(), blind, HEALTHY, 1.0).total)
     assert math.isnan(run_cost(replace(plant(), delivered=()), known, HEALTHY, 1.0).total)
+
+
+def test_what_start_up_does_not_ask_for_costs_nothing_there() -> None:
+    """The first 50 s are start-up, in which another limit holds instead of HOT and the product need not be warm."""
+    warmer = replace(HOT, formula=parse("T1 <= 340", TAGS))
+    spans = ((1.0, 50.0),)
+    force = LimitsInForce(plant().description.limits, StartUp(frozenset({"start_up"}), {"HOT": warmer}), spans)
+    course = truth(temperature=303.0)
+    course.signals["T1"][0, :50] = 330.0
+    assert items(run_cost(plant(), course, HEALTHY, 1.0, force=force)) == pytest.approx({"WARM": 360.0 * 2 * 51 / 3600})
+    assert "HOT" in items(run_cost(plant(), course, HEALTHY, 1.0)), "without a start-up it holds all the time"
+    course.signals["T1"][0, 40] = 341.0
+    assert "HOT" in items(run_cost(plant(), course, HEALTHY, 1.0, force=force))

@@ -222,7 +222,7 @@ def _score(
     reports = [at_s for at_s in times if onset_s is None or at_s >= onset_s]
     detected_s = min(reports, default=None)
     from_s = priced_from_s(scenario, record, truth)
-    cost = run_cost(plant, truth, healthy.truth, from_s, record.states, len(record.released))
+    cost = run_cost(plant, truth, healthy.truth, from_s, record.states, len(record.released), force)
     alone = left_alone(plant, scenario, healthy.truth, from_s) if written(plant, record) else None
     needless = alone is not None and intervened(plant, record) and alone.makes_needless(cost)
     return Run(

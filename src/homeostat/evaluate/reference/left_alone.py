@@ -46,5 +46,5 @@ def left_alone(plant: Plant, scenario: Scenario, healthy: Trajectory, from_s: fl
     truth, description = alone.truth, plant.description
     force = in_force(description, alone.states, truth.start_s)
     worth = plant.prices.worth(max(float(truth.times_s[-1]) - from_s, 0.0))
-    cost = run_cost(plant, truth, healthy, from_s, alone.states)
+    cost = run_cost(plant, truth, healthy, from_s, alone.states, force=force)
     return LeftAlone(not outside_after(truth, force), cost, SAME_LOSS * worth)
