@@ -24,8 +24,8 @@ def run_cost(
     """What ``truth`` cost from ``from_s`` to its end, against the fault-free run ``healthy``.
 
     ``states`` were entered in this order, each at its process time [s]; so many ``releases`` were made. Product is that
-    which is delivered, or still in the plant; a hard limit that is violated costs what one violation costs. Limits count
-    while they are in ``force``, by default all the time. What cannot be known costs NaN.
+    which is delivered, or still in the plant; a hard limit that is violated costs what one violation costs. Limits
+    count while they are in ``force``, by default all the time. What cannot be known costs NaN.
     """
     prices, hard = plant.prices, plant.description.limits.hard
     held = LimitsInForce(plant.description.limits) if force is None else force
