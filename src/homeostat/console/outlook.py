@@ -15,6 +15,8 @@ from homeostat.domain.plant.description import PlantDescription
 from homeostat.guard.settings import GuardSettings
 
 _ORDER: Final = tuple(Priority)
+NOTHING: Final = "normal"
+"""Level at which nothing is abnormal."""
 _THINKS_S: Final = 60.0
 """After the last sign that recovery works on an answer, how long it is said to do so [s]."""
 _LIKELY: Final = 0.5
@@ -213,7 +215,7 @@ class _Said:
         acted = self.wrong and now.done is not None and now.done[0] != "release"
         if now.latched or acted or _is_due(told, self.at_s):
             found.append(Priority.CRITICAL)
-        return max(found, key=_ORDER.index).value if found else "normal"
+        return max(found, key=_ORDER.index).value if found else NOTHING
 
     def waiting(self, left: TimeLeft) -> str:
         """What happens next, and who has to do something for it."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from homeostat.console.card.card import Card
 from homeostat.console.card.proposal import state_label
-from homeostat.console.outlook import Outlook, TimeLeft, Until, outlook, person_s, requested
+from homeostat.console.outlook import NOTHING, Outlook, TimeLeft, Until, outlook, person_s, requested
 from homeostat.console.situation import Situation
 from homeostat.domain.alarm import Priority
 from homeostat.domain.events.guard import RequestAnswered
@@ -135,4 +135,4 @@ def _alarm(card: Card | None, folded: list[RaisedAlarm], ahead: Outlook) -> str:
     at_a_limit = ahead.left.until in (Until.BEYOND, Until.FALLBACK, Until.LIMIT, Until.PASSED)
     if at_a_limit:
         return "A hard limit is violated or foreseen to be"
-    return "" if ahead.level == "normal" else "What follows is not known"
+    return "" if ahead.level == NOTHING else "What follows is not known"
