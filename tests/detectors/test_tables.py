@@ -8,6 +8,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from homeostat.detectors.error import DetectionError
 from homeostat.detectors.tables import reading
@@ -216,13 +218,21 @@ def test_what_is_no_time_no_number_or_no_name_is_one_line(tmp_path: Path) -> Non
         "fine": pa.table({"time": [0, 1], "when": pa.array([1, 2_000_000_001], pa.timestamp("ns"))}),
         "late": pa.table({"time": ["9999-12-31T23:00:00-05:00", "9999-12-31T23:00:01-05:00"], "a": [1, 2]}),
         "far": pa.table({"time": pa.array([2**52, 2**52 + 1], pa.timestamp("s")), "a": [1, 2]}),
+        "days": pa.table({"time": pa.array([2**62, 2**62 + 1], pa.date64()), "a": [1, 2]}),
         "bare": pa.table({"time": pa.array([1, None], pa.timestamp("ns")), "a": [1, 2]}),
     }
-    words = {"fine": "is no number", "late": "is in no year", "far": "beyond what a calendar has", "bare": "row 2"}
+    beyond = "beyond what a calendar has"
+    words = {"fine": "is no number", "late": "is in no year", "far": beyond, "days": beyond, "bare": "row 2"}
     for name, rows in odd.items():
         pq.write_table(rows, tmp_path / f"{name}.parquet")
         with pytest.raises(DetectionError, match=words[name]):
             read_table(tmp_path / f"{name}.parquet")
+    for moment in ("9999-12-31T23:59:00-05:00", "0000-01-01"):
+        rows = table(tmp_path / "again.csv", f"time,a\n{moment},1\n{moment},2\n")
+        with pytest.raises(DetectionError, match=r"row 2 of 'time' is not after the one before it \(.*0.*\); sort"):
+            read_table(rows)
+        with pytest.raises(DetectionError, match="is no number"):
+            read_table(table(tmp_path / "as_signal.csv", f"time,a\n0,{moment}\n1,{moment}\n"))
     (tmp_path / "latin.csv").write_bytes(b"time,Temp_\xb0C\n" + b"".join(b"%d,1.0000000\n" % k for k in range(7_000)))
     with pytest.raises(DetectionError, match="its names are no text in UTF-8"):
         read_table(tmp_path / "latin.csv")
@@ -242,3 +252,22 @@ def test_what_was_left_out_is_known(tmp_path: Path) -> None:
     assert (again.signals, again.left_out) == (("a",), ("b",))
     with pytest.raises(DetectionError, match="no signal is left; leave out fewer of a"):
         again.without(("a",))
+
+
+ODD = (
+    "", "1", "2.5", "nan", "-inf", "1e400", "0x1F", "true", "1" * 20, "-9223372036854775808", "1_000", "\u202e", "NaT",
+    "2026-11-25", "0000-01-01", "9999-12-31", "99999-01-01", "12:00:00", "23:59:60", "2026-11-25T13:00:00.000000001",
+    "2026-11-25 13:00:00+05:30", "9999-12-31T23:59:00-05:00", "P1D", "1/2/2026",
+)  # fmt: skip
+
+
+@given(st.lists(st.tuples(*[st.sampled_from(ODD)] * 3), min_size=1, max_size=4), st.sampled_from(["", "time", "a"]))
+def test_whatever_stands_in_a_table_it_is_one_or_is_refused_in_one_line(
+    tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[str, str, str]], ignored: str
+) -> None:
+    text = "time,a,b\n" + "".join(",".join(row) + "\n" for row in rows)
+    try:
+        read = read_table(table(tmp_path_factory.mktemp("odd") / "t.csv", text), ignored=(ignored,) if ignored else ())
+        assert read.told(0) and len(read) == len(rows)
+    except DetectionError as refused:
+        assert len(str(refused).splitlines()) == 1

@@ -195,25 +195,25 @@ def _times(name: str, column_name: str, column: Any) -> tuple[Values, str]:
     start = ""
     if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
         column = _moments(name, column_name, column.to_pylist())
-    if pa.types.is_date(column.type):
-        column = column.cast(pa.timestamp("us"))
-    if pa.types.is_timestamp(column.type):
+    if pa.types.is_date(column.type) or pa.types.is_timestamp(column.type):
+        whole = pa.timestamp("us", None if pa.types.is_date(column.type) else column.type.tz)
         try:  # the last digits of a nanosecond are cut off
-            finest = column if column.type.unit == "ns" else column.cast(pa.timestamp("us", column.type.tz))
-            cut = finest.cast(pa.timestamp("us", column.type.tz), safe=False)
+            fine = pa.types.is_timestamp(column.type) and column.type.unit == "ns"
+            cut = column.cast(whole, safe=not fine)
         except pa.ArrowInvalid:
             remedy = "correct it, or name another column with --time"
             raise DetectionError(f"{name}: {column_name!r} has a time beyond what a calendar has; {remedy}") from None
         moments = np.asarray(cut.cast(pa.int64()).to_numpy())
-        start = str(np.datetime64(int(moments[0]), "us")) + ("Z" if column.type.tz else "")
+        start = str(np.datetime64(int(moments[0]), "us")) + ("Z" if whole.tz else "")
         times: Values = (moments - moments[0]) / 1e6
+        shown: Any = moments.view("M8[us]")  # it shows also what no calendar has
     else:
-        times = _numbers(name, column_name, column)
+        times, shown = _numbers(name, column_name, column), column
     back = np.flatnonzero(~(np.diff(times) > 0.0))
     if len(back):
         row = int(back[0]) + 1
         text = f"{name}: the time in row {row + 1} of {column_name!r} is not after the one before it"
-        raise DetectionError(f"{text} ({column[row]}); sort the rows, each moment once")
+        raise DetectionError(f"{text} ({str(shown[row]).removesuffix('.000000')}); sort the rows, each moment once")
     return times, start
 
 
